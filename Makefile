@@ -1,0 +1,50 @@
+# make demo   the talk's study and a depth-of-field comparison at a small size, then out/index.html
+# make test   what CI runs; make test-all adds the slow tests
+# Every target makes what it needs first: .venv, the installed package, libLLVM.
+
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+export PIP_DISABLE_PIP_VERSION_CHECK := 1
+
+CORE := $(wildcard include/voroquad/*.hpp) src/bindings.cpp CMakeLists.txt
+
+.PHONY: demo test test-all lint format docs clean install llvm
+
+install: $(VENV)/.installed
+
+$(BIN)/python:
+	$(PYTHON) -c 'import sys; sys.exit("voroquad needs Python 3.11 or newer; run make PYTHON=python3.11") if sys.version_info < (3, 11) else 0'
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/pip install -q 'scikit-build-core>=0.10' 'nanobind>=2.4' 'cmake>=3.18,<4.2' ninja
+
+$(VENV)/.installed: $(BIN)/python pyproject.toml $(CORE)
+	@command -v $${CXX:-c++} >/dev/null || { echo "voroquad needs a C++20 compiler: apt-get install g++"; exit 1; }
+	$(BIN)/pip install -q --no-build-isolation -e '.[dev]'
+	@touch $@
+
+llvm: $(BIN)/python
+	@PYTHON=$(BIN)/python scripts/ensure-llvm.sh
+
+demo: install llvm
+	$(BIN)/voroquad demo -o out
+
+test: install llvm lint
+	$(BIN)/python -m pytest -m 'not slow'
+
+test-all: install llvm lint
+	$(BIN)/python -m pytest
+
+lint: install
+	$(BIN)/ruff check -q .
+	$(BIN)/ruff format -q --check .
+	$(BIN)/clang-format --dry-run --Werror include/voroquad/*.hpp src/*.cpp
+	$(BIN)/mypy -q 2>/dev/null || $(BIN)/mypy
+
+format: install
+	$(BIN)/ruff check -q --fix .
+	$(BIN)/ruff format -q .
+	$(BIN)/clang-format -i include/voroquad/*.hpp src/*.cpp
+
+clean:
+	rm -rf build out $(VENV)

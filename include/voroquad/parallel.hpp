@@ -1,0 +1,61 @@
+// voroquad/parallel.hpp: one loop over independent work on a few threads.
+#pragma once
+
+#include <algorithm>
+#include <atomic>
+#include <cstddef>
+#include <cstdlib>
+#include <exception>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+namespace voroquad {
+
+// The number of threads a call may use: the environment variable
+// VOROQUAD_NUM_THREADS where it is a positive number, else one per processor.
+inline unsigned default_thread_count() {
+    if (const char *text = std::getenv("VOROQUAD_NUM_THREADS"))
+        if (const long wanted = std::strtol(text, nullptr, 10); wanted > 0)
+            return static_cast<unsigned>(std::min(wanted, 1024L));
+    return std::max(1u, std::thread::hardware_concurrency());
+}
+
+// Calls body(begin, end, worker) for chunks of at most `grain` indices that
+// partition [0, n). Chunks are handed out as threads become free, so results
+// may depend on the index only, never on `worker`, which is there to pick a
+// scratch space. The first exception thrown by a body is rethrown here.
+template <class Body>
+void parallel_for(std::size_t n, std::size_t grain, unsigned threads, Body &&body) {
+    grain = std::max<std::size_t>(grain, 1);
+    const std::size_t chunks = (n + grain - 1) / grain;
+    const auto workers = static_cast<unsigned>(
+        std::min<std::size_t>(std::max(1u, threads), std::max<std::size_t>(chunks, 1)));
+    if (workers == 1) {
+        if (n > 0) body(std::size_t{0}, n, 0u);
+        return;
+    }
+
+    std::atomic<std::size_t> next{0};
+    std::exception_ptr error;
+    std::mutex error_guard;
+    auto work = [&](unsigned worker) {
+        try {
+            for (std::size_t begin; (begin = next.fetch_add(grain)) < n;)
+                body(begin, std::min(begin + grain, n), worker);
+        } catch (...) {
+            const std::scoped_lock lock(error_guard);
+            if (!error) error = std::current_exception();
+            next = n;
+        }
+    };
+    {
+        std::vector<std::jthread> crew;
+        crew.reserve(workers - 1);
+        for (unsigned worker = 1; worker < workers; ++worker) crew.emplace_back(work, worker);
+        work(0);
+    }
+    if (error) std::rethrow_exception(error);
+}
+
+} // namespace voroquad

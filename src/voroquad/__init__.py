@@ -1,0 +1,17 @@
+"""voroquad: random samples into good quadrature.
+
+Each sample is weighted with the piece of the domain it stands for, without bias.
+
+>>> import numpy as np, voroquad as vq
+>>> s = vq.sample("stratified", n=256, d=2, rng=7)
+>>> w = vq.weights(s)
+>>> estimate = w @ np.exp(s.points.sum(axis=1))
+"""
+
+from .bias import bias_function
+from .cells import Cells, cells
+from .samplers import SampleSet, sample
+from .weights import weights
+
+__version__ = "0.1.0"
+__all__ = ["Cells", "SampleSet", "bias_function", "cells", "sample", "weights"]

@@ -1,0 +1,50 @@
+"""Points in a CSV file, weighed."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+import numpy as np
+
+from ._files import atomic_path
+from .weights import weights
+
+_EXPECTED = "expected numbers separated by commas, a point per line"
+
+
+def weigh_file(
+    source: str | os.PathLike[str],
+    target: str | os.PathLike[str],
+    *,
+    order: int = 0,
+    debias: str = "none",
+    design: str | None = None,
+) -> dict[str, Any]:
+    """Read points (a line each, a header allowed), write them with a last column ``weight``.
+
+    Returns the number of points, the dimension and the sum of the weights.
+    """
+    with open(source, encoding="utf-8") as file:
+        first = file.readline()
+    header = 0 if _is_numbers(first) else 1
+    try:
+        points = np.loadtxt(source, delimiter=",", skiprows=header, ndmin=2, encoding="utf-8")
+    except ValueError as error:
+        raise ValueError(f"{os.fspath(source)}: {error}; {_EXPECTED}") from None
+    if points.size == 0:
+        raise ValueError(f"{os.fspath(source)} holds no points; {_EXPECTED}")
+    w = weights(points, order=order, debias=debias, design=design)
+    columns = [*(f"x{a + 1}" for a in range(points.shape[1])), "weight"]
+    with atomic_path(target) as temporary:
+        table = np.column_stack([points, w])
+        np.savetxt(temporary, table, fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
+    return {"n": len(points), "d": points.shape[1], "sum": float(w.sum()), "output": os.fspath(target)}
+
+
+def _is_numbers(line: str) -> bool:
+    try:
+        [float(cell) for cell in line.split(",")]
+    except ValueError:
+        return False
+    return True

@@ -1,0 +1,165 @@
+"""Quadrature weights of a sample set: what each sample stands for."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from . import debias as _debias
+from ._checks import one_of, thread_count
+from .cells import cells
+from .samplers import SampleSet, as_sample_set, stratum_index
+
+DEBIAS = ("none", "bias-function", "exchange", "auto")
+MAX_ORDER = 8
+
+
+def weights(
+    samples: SampleSet | ArrayLike,
+    *,
+    order: int = 0,
+    debias: str = "none",
+    design: str | None = None,
+    threads: int | None = None,
+) -> NDArray[np.float64]:
+    """Quadrature weights of samples in the unit box.
+
+    Parameters
+    ----------
+    samples : SampleSet or array_like, (n,), (n, d) or (sets, n, d)
+        What :func:`voroquad.sample` returned, or bare points of [0, 1)^d.
+    order : int
+        0: a sample stands for its Voronoi cell.
+    debias : {"none", "bias-function", "exchange", "auto"}
+        ``"none"``: the measures of the Voronoi cells; consistent, but biased near the border.
+        ``"bias-function"``: the measures over the bias function G; unbiased, Σ w ≠ 1.
+        ``"exchange"``: unbiased with Σ w = 1 and no loss of rate.
+        ``"auto"``: an exactly unbiased choice for the design.
+    design : str, optional
+        How bare points were drawn: a sampler's name. Rules other than ``"none"`` must know.
+    threads : int, optional
+        Number of threads; all processors by default. The result does not depend on it.
+
+    Returns
+    -------
+    ndarray, (n,) or (sets, n)
+        The weights w of the estimate Σ_i w_i f(x_i) of ∫ f over the unit box.
+
+    Raises
+    ------
+    ValueError
+        Points outside the box; a combination of order, debias, design and d that has no rule (the
+        message lists those that have).
+
+    Notes
+    -----
+    A weight is what one gets by reconstructing the integrand from its samples and integrating the
+    reconstruction: with f̂(y) = Σ_j φ_j(y) f_j, w_j = ∫ φ_j. Weights depend on positions only, so
+    they are made once per set and serve every integrand. Order 0 takes the nearest sample's value
+    for f̂, hence w_j = \\|V_j\\|, the measure of its Voronoi cell (see :func:`voroquad.cells`).
+
+    ==================  =======  =====  =============================  ========  ======
+    debias              order    d      designs                        unbiased  Σ w = 1
+    ==================  =======  =====  =============================  ========  ======
+    ``none``            0        1, 2   any                            no        yes
+    ``bias-function``   0        1      uniform                        yes       no
+    ``exchange``        0        1      uniform, stratified            yes       yes
+    ==================  =======  =====  =============================  ========  ======
+
+    References
+    ----------
+    J. Guo and E. Eisemann, "Geometrical Sample Reweighting for Monte Carlo Integration".
+
+    Examples
+    --------
+    >>> import numpy as np, voroquad as vq
+    >>> s = vq.sample("uniform", n=512, d=1, rng=7)
+    >>> f = np.exp(s.points[:, 0])
+    >>> w = vq.weights(s, debias="exchange")
+    >>> bool(abs(w @ f - (np.e - 1)) < abs(f.mean() - (np.e - 1)) / 1000)
+    True
+    """
+    samples = as_sample_set(samples, design)
+    one_of("debias", debias, DEBIAS)
+    if not isinstance(order, int) or isinstance(order, bool) or not 0 <= order <= MAX_ORDER:
+        raise ValueError(f"order must be a whole number from 0 to {MAX_ORDER}, got {order!r}")
+    rule = find_rule(samples, order, debias)
+    return rule.compute(samples, order, thread_count(threads))
+
+
+@dataclass(frozen=True)
+class Rule:
+    """A way to weigh samples and the sample sets it is for."""
+
+    debias: str
+    orders: range
+    dimensions: range
+    designs: tuple[str, ...] | None  # None: any
+    compute: Callable[[SampleSet, int, int], NDArray[np.float64]]
+
+    def covers(self, samples: SampleSet, order: int) -> bool:
+        """Whether the rule has a meaning for this set and order."""
+        return (
+            order in self.orders
+            and samples.d in self.dimensions
+            and (self.designs is None or samples.design in self.designs)
+        )
+
+    def __str__(self) -> str:
+        designs = "any design" if self.designs is None else "design " + " or ".join(self.designs)
+        return f"debias={self.debias!r} with order {_span(self.orders)}, d = {_span(self.dimensions)}, {designs}"
+
+
+def find_rule(samples: SampleSet, order: int, debias: str) -> Rule:
+    """The rule for a set; ValueError with the list of rules if there is none."""
+    for rule in RULES:
+        wanted = rule.debias != "none" if debias == "auto" else rule.debias == debias
+        if wanted and rule.covers(samples, order):
+            return rule
+    raise ValueError(
+        f"no rule for order={order}, debias={debias!r}, design {samples.design!r}, d = {samples.d}; there are: "
+        + "; ".join(map(str, RULES))
+    )
+
+
+def _voronoi(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
+    return cells(samples.points, threads=threads).measures
+
+
+def _over_bias_function(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
+    return _debias.by_bias_function(samples.points, _voronoi(samples, order, threads))
+
+
+def _exchange_uniform(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
+    return _debias.exchange_uniform(samples.points)
+
+
+def _exchange_stratified(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
+    return _in_strata_order(samples, _debias.exchange_stratified)
+
+
+def _in_strata_order(
+    samples: SampleSet, rule: Callable[[NDArray[np.float64]], NDArray[np.float64]]
+) -> NDArray[np.float64]:
+    """Apply a rule that wants the points in C order of their strata."""
+    assert samples.strata is not None
+    order = np.argsort(stratum_index(samples.points, samples.strata), axis=-1)
+    w = np.empty(samples.points.shape[:-1])
+    np.put_along_axis(w, order, rule(np.take_along_axis(samples.points, order[..., None], axis=-2)), axis=-1)
+    return w
+
+
+def _span(numbers: range) -> str:
+    return str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]} to {numbers[-1]}"
+
+
+#: Every rule there is. debias="auto" takes the first unbiased one that covers the set.
+RULES = (
+    Rule("exchange", range(1), range(1, 2), ("uniform",), _exchange_uniform),
+    Rule("exchange", range(1), range(1, 2), ("stratified",), _exchange_stratified),
+    Rule("bias-function", range(1), range(1, 2), ("uniform",), _over_bias_function),
+    Rule("none", range(1), range(1, 3), None, _voronoi),
+)
