@@ -72,7 +72,7 @@ class Results:
         """Read what :meth:`write` wrote; ValueError if the folder holds no results."""
         path = Path(folder) / NAME
         if not path.is_file():
-            raise ValueError(f"{os.fspath(folder)!r} holds no {NAME}; make it with 'voroquad study' or 'voroquad compare'")
+            raise ValueError(f"{os.fspath(folder)!r} holds no {NAME}; run 'voroquad study' or 'compare'")
         try:
             raw: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
             sections = [
