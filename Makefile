@@ -42,8 +42,8 @@ lint: install
 	$(BIN)/mypy -q 2>/dev/null || $(BIN)/mypy
 
 format: install
-	$(BIN)/ruff check -q --fix .
 	$(BIN)/ruff format -q .
+	$(BIN)/ruff check -q --fix .
 	$(BIN)/clang-format -i include/voroquad/*.hpp src/*.cpp
 
 clean:

@@ -10,8 +10,9 @@ Each sample is weighted with the piece of the domain it stands for, without bias
 
 from .bias import bias_function
 from .cells import Cells, cells
+from .measures import PiecewiseUniform, ProductMeasure
 from .samplers import SampleSet, sample
 from .weights import weights
 
 __version__ = "0.1.0"
-__all__ = ["Cells", "SampleSet", "bias_function", "cells", "sample", "weights"]
+__all__ = ["Cells", "PiecewiseUniform", "ProductMeasure", "SampleSet", "bias_function", "cells", "sample", "weights"]

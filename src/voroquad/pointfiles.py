@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,15 +26,15 @@ def weigh_file(
 
     Returns the number of points, the dimension and the sum of the weights.
     """
-    with open(source, encoding="utf-8") as file:
-        first = file.readline()
-    header = 0 if _is_numbers(first) else 1
+    lines = Path(source).read_text(encoding="utf-8").splitlines()
+    if lines and not _is_numbers(lines[0]):
+        del lines[0]
+    if not any(line.strip() for line in lines):
+        raise ValueError(f"{os.fspath(source)} holds no points; {_EXPECTED}")
     try:
-        points = np.loadtxt(source, delimiter=",", skiprows=header, ndmin=2, encoding="utf-8")
+        points = np.loadtxt(lines, delimiter=",", ndmin=2)
     except ValueError as error:
         raise ValueError(f"{os.fspath(source)}: {error}; {_EXPECTED}") from None
-    if points.size == 0:
-        raise ValueError(f"{os.fspath(source)} holds no points; {_EXPECTED}")
     w = weights(points, order=order, debias=debias, design=design)
     columns = [*(f"x{a + 1}" for a in range(points.shape[1])), "weight"]
     with atomic_path(target) as temporary:

@@ -1,0 +1,52 @@
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+
+
+def voroquad(*arguments, cwd=None):
+    return subprocess.run(
+        [sys.executable, "-c", "from voroquad.cli import main; main()", *map(str, arguments)],
+        capture_output=True,
+        text=True,
+        cwd=cwd,
+    )
+
+
+def test_weights_of_a_csv_file(tmp_path):
+    source, target = tmp_path / "points.csv", tmp_path / "out.csv"
+    source.write_text("x,y\n0.25,0.5\n0.75,0.5\n")
+    run = voroquad("weights", source, "-o", target, "--json")
+    assert run.returncode == 0, run.stderr
+    assert json.loads(run.stdout)["sum"] == 1.0
+    np.testing.assert_array_equal(np.loadtxt(target, delimiter=",", skiprows=1), [[0.25, 0.5, 0.5], [0.75, 0.5, 0.5]])
+
+
+@pytest.mark.parametrize(
+    ("text", "options", "message"),
+    [
+        ("0.25,nan\n", [], "is not inside"),
+        ("0.25,0.5\n0.25\n", [], "a point per line"),
+        ("", [], "holds no points"),
+        ("0.5\n", ["--debias", "exchange"], "no rule for"),
+        ("0.5\n", ["--order", "-1"], "order must be"),
+        (None, [], "No such file"),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, text, options, message):
+    source, target = tmp_path / "points.csv", tmp_path / "out.csv"
+    if text is not None:
+        source.write_text(text)
+    run = voroquad("weights", source, "-o", target, *options)
+    assert run.returncode == 2
+    assert message in run.stderr
+    assert len(run.stderr.strip().splitlines()) == 1
+    assert not target.exists()
+
+
+def test_help_names_the_commands():
+    run = voroquad("--help")
+    assert run.returncode == 0
+    assert "weights" in run.stdout

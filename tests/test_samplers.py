@@ -1,0 +1,97 @@
+import numpy as np
+import pytest
+from scipy.stats import kstest, qmc
+
+import voroquad as vq
+from voroquad.samplers import DESIGNS, grid_shape, stratum_index
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+@pytest.mark.parametrize("d", [1, 2])
+def test_points_fill_the_box_and_repeat_with_the_seed(design, d):
+    one = vq.sample(design, n=64, d=d, rng=7)
+    again = vq.sample(design, n=64, d=d, rng=np.random.default_rng(7))
+    assert one.points.shape == (64, d)
+    assert one.points.dtype == np.float64
+    assert one.points.flags.c_contiguous
+    assert ((one.points >= 0) & (one.points < 1)).all()
+    np.testing.assert_array_equal(one.points, again.points)
+    assert len(np.unique(one.points, axis=0)) == 64
+
+
+@pytest.mark.parametrize("design", [name for name in DESIGNS if name != "regular"])
+def test_sets_are_different_and_each_point_is_uniform(design):
+    sets = vq.sample(design, n=16, d=2, sets=2000, rng=3).points
+    assert sets.shape == (2000, 16, 2)
+    assert len(np.unique(sets[:, 0, 0])) == 2000
+    if design == "stratified":  # uniform in its own stratum only
+        sets = sets * 4 % 1
+    for i in (0, 5):
+        for axis in (0, 1):
+            assert kstest(sets[:, i, axis], "uniform").pvalue > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("n", "d", "shape"), [(7, 1, (7,)), (12, 2, (3, 4)), (2, 2, (1, 2)), (16, 3, (2, 2, 4)), (1, 5, (1,) * 5)]
+)
+def test_grid_shape_is_the_most_equal_factors(n, d, shape):
+    assert grid_shape(n, d) == shape
+
+
+@pytest.mark.parametrize(("n", "d", "below", "above"), [(14, 2, 12, 15), (11, 2, 9, 12), (7, 3, 4, 8)])
+def test_no_grid_names_the_nearest_that_are(n, d, below, above):
+    with pytest.raises(ValueError, match=rf"n = {below} and n = {above}"):
+        vq.sample("stratified", n=n, d=d)
+
+
+def test_every_stratum_holds_one_point_in_c_order():
+    s = vq.sample("stratified", n=24, d=2, sets=500, rng=1)
+    assert s.strata == (4, 6)
+    np.testing.assert_array_equal(stratum_index(s.points, s.strata), np.broadcast_to(np.arange(24), (500, 24)))
+
+
+@pytest.mark.parametrize("design", ["sobol", "zero-two"])
+def test_digital_nets_stay_nets(design):
+    # A (0,2)-net in base 2: each elementary interval of area 1/n holds one point
+    n = 64
+    points = vq.sample(design, n=n, d=2, rng=5).points
+    for split in range(7):
+        strata = (2**split, n // 2**split)
+        index = np.ravel_multi_index(tuple((points * strata).astype(int).T), strata)
+        np.testing.assert_array_equal(np.sort(index), np.arange(n))
+
+
+def test_owen_scrambling_is_not_a_mere_digital_shift():
+    # A digital shift keeps the XOR of two points' digits; nested scrambling keeps leading zeros only
+    shifts = []
+    for rng in range(50):
+        a, b = (vq.sample("sobol", n=8, d=1, rng=rng).points[:2, 0] * 2**16).astype(int)
+        shifts.append(int(a ^ b))
+    assert len(set(shifts)) > 40
+    assert {s.bit_length() for s in shifts} == {16}
+
+
+def test_scipy_engines():
+    engine = vq.sample(qmc.LatinHypercube(d=3, rng=1), n=8)
+    assert (engine.points.shape, engine.design) == ((8, 3), "latinhypercube")
+    sets = vq.sample(qmc.Halton, n=8, d=2, sets=3, rng=1)
+    assert sets.points.shape == (3, 8, 2)
+    assert not np.array_equal(sets.points[0], sets.points[1])
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: vq.sample("sobel", n=8), "unknown sampler 'sobel'; choose one of uniform"),
+        (lambda: vq.sample("uniform", n=0), "n must be a whole number of at least 1, got 0"),
+        (lambda: vq.sample("uniform", n=2.5), "n must be a whole number"),
+        (lambda: vq.sample("uniform", n=True), "n must be a whole number"),
+        (lambda: vq.sample("uniform", n=4, d=-1), "d must be a whole number"),
+        (lambda: vq.sample("zero-two", n=4, d=3), "at most d = 2"),
+        (lambda: vq.sample(qmc.Halton(2), n=4, d=3), "contradicts the engine's own d = 2"),
+        (lambda: vq.sample(qmc.Halton(2), n=4, sets=3), "pass the class"),
+    ],
+)
+def test_bad_input_is_refused(call, message):
+    with pytest.raises(ValueError, match=message):
+        call()

@@ -1,0 +1,92 @@
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+import voroquad as vq
+
+UNIT = st.floats(0, 1, exclude_max=True)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 10, 1000, 10**6])
+@pytest.mark.parametrize(
+    ("design", "d", "debias"),
+    [
+        ("uniform", 1, "none"),
+        ("uniform", 2, "none"),
+        ("uniform", 1, "exchange"),
+        ("stratified", 1, "none"),
+        ("stratified", 1, "exchange"),
+    ],
+)
+def test_weights_sum_to_one(n, design, d, debias):
+    w = vq.weights(vq.sample(design, n=n, d=d, rng=n), debias=debias)
+    assert w.shape == (n,)
+    assert abs(w.sum() - 1) < 1e-12
+
+
+@given(arrays(np.float64, st.integers(1, 40), elements=UNIT))
+def test_voronoi_weights_in_one_dimension_are_half_the_way_to_both_neighbours(x):
+    w = vq.weights(x)
+    distinct, inverse, counts = np.unique(x, return_inverse=True, return_counts=True)
+    ends = np.concatenate([[0.0], (distinct[1:] + distinct[:-1]) / 2, [1.0]])
+    np.testing.assert_allclose(w, (np.diff(ends) / counts)[inverse], atol=1e-15)
+
+
+@given(arrays(np.float64, st.integers(1, 40), elements=UNIT))
+def test_exchange_weights_are_not_negative_and_sum_to_one(x):
+    w = vq.weights(x, design="uniform", debias="exchange")
+    assert w.min() >= 0
+    assert abs(w.sum() - 1) < 1e-12
+
+
+def test_a_batch_equals_its_sets_one_by_one_for_any_number_of_threads():
+    for d, n in ((1, 50), (2, 50), (2, 5000)):
+        s = vq.sample("uniform", n=n, d=d, sets=5, rng=2)
+        one_by_one = np.stack([vq.weights(points, threads=1) for points in s.points])
+        for threads in (1, 2, 4):
+            np.testing.assert_array_equal(vq.weights(s, threads=threads), one_by_one)
+
+
+def test_stratified_points_may_come_in_any_order():
+    s = vq.sample("stratified", n=20, d=1, rng=2)
+    shuffle = np.random.default_rng(0).permutation(20)
+    w = vq.weights(s.points[shuffle], design="stratified", debias="exchange")
+    np.testing.assert_array_equal(w, vq.weights(s, debias="exchange")[shuffle])
+
+
+def test_strided_and_integer_input():
+    points = np.random.default_rng(0).random((2, 30))
+    np.testing.assert_array_equal(vq.weights(points.T), vq.weights(points.T.copy()))
+    assert vq.weights([0]).tolist() == [1.0]
+
+
+def test_auto_picks_an_unbiased_rule():
+    s = vq.sample("uniform", n=30, d=1, rng=1)
+    np.testing.assert_array_equal(vq.weights(s, debias="auto"), vq.weights(s, debias="exchange"))
+
+
+@pytest.mark.parametrize(
+    ("points", "options", "message"),
+    [
+        ([0.5, np.nan], {}, r"points\[1\] = \[nan\] is not inside"),
+        ([[0.1, 0.2], [0.3, 1.5]], {}, r"points\[1\] = \[0.3, 1.5\] is not inside .*scale the points"),
+        (np.full((2, 3, 1), 2.0), {}, r"points\[\(0, 0\)\]"),
+        ([0.5, -0.1], {}, r"points\[1\]"),
+        ([], {}, "at least one point"),
+        ("abc", {}, "must be an array of numbers"),
+        (np.zeros((1, 1, 1, 1)), {}, r"shape \(n, d\)"),
+        ([0.5], {"debias": "magic"}, "unknown debias 'magic'; choose one of none"),
+        ([0.5], {"design": "magic"}, "unknown design 'magic'"),
+        ([0.5], {"order": 9}, "order must be a whole number from 0 to 8"),
+        ([0.5], {"order": 0.5}, "order must be"),
+        ([0.5], {"debias": "exchange"}, "no rule for .*there are: .*debias='exchange' with order 0, d = 1"),
+        ([[0.5, 0.5]], {"debias": "exchange", "design": "uniform"}, "no rule for .* d = 2"),
+        ([0.1, 0.2], {"design": "stratified"}, "must hold one point, but stratum 0 holds 2"),
+    ],
+)
+def test_bad_input_is_refused(points, options, message):
+    with pytest.raises(ValueError, match=message) as error:
+        vq.weights(points, **options)
+    assert "\n" not in str(error.value)
