@@ -9,12 +9,14 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 CORE := $(wildcard include/voroquad/*.hpp) src/bindings.cpp CMakeLists.txt
 
-.PHONY: demo test test-all lint format docs clean install llvm
+.PHONY: install llvm demo test test-all lint format clean
 
 install: $(VENV)/.installed
 
 $(BIN)/python:
-	$(PYTHON) -c 'import sys; sys.exit("voroquad needs Python 3.11 or newer; run make PYTHON=python3.11") if sys.version_info < (3, 11) else 0'
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
+	  { echo "voroquad needs Python 3.11 or newer; name one: make PYTHON=python3.11"; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' || { echo "Python lacks venv: apt-get install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/pip install -q 'scikit-build-core>=0.10' 'nanobind>=2.4' 'cmake>=3.18,<4.2' ninja
 
@@ -30,16 +32,16 @@ demo: install llvm
 	$(BIN)/voroquad demo -o out
 
 test: install llvm lint
-	$(BIN)/python -m pytest -m 'not slow'
+	$(BIN)/python -m pytest -m 'not slow' -n 2
 
 test-all: install llvm lint
-	$(BIN)/python -m pytest
+	$(BIN)/python -m pytest -n 2
 
 lint: install
 	$(BIN)/ruff check -q .
 	$(BIN)/ruff format -q --check .
 	$(BIN)/clang-format --dry-run --Werror include/voroquad/*.hpp src/*.cpp
-	$(BIN)/mypy -q 2>/dev/null || $(BIN)/mypy
+	$(BIN)/mypy
 
 format: install
 	$(BIN)/ruff format -q .
