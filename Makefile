@@ -7,7 +7,7 @@ VENV := .venv
 BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-CORE := $(wildcard include/voroquad/*.hpp) src/bindings.cpp CMakeLists.txt
+CORE := $(wildcard include/voroquad/*.hpp) $(wildcard src/bindings/*) CMakeLists.txt
 
 .PHONY: install llvm demo test test-all lint format clean
 
@@ -40,13 +40,13 @@ test-all: install llvm lint
 lint: install
 	$(BIN)/ruff check -q .
 	$(BIN)/ruff format -q --check .
-	$(BIN)/clang-format --dry-run --Werror include/voroquad/*.hpp src/*.cpp
+	$(BIN)/clang-format --dry-run --Werror include/voroquad/*.hpp src/bindings/*
 	$(BIN)/mypy
 
 format: install
 	$(BIN)/ruff format -q .
 	$(BIN)/ruff check -q --fix .
-	$(BIN)/clang-format -i include/voroquad/*.hpp src/*.cpp
+	$(BIN)/clang-format -i include/voroquad/*.hpp src/bindings/*
 
 clean:
 	rm -rf build out $(VENV)

@@ -1,286 +1,279 @@
 // voroquad/cells.hpp: Voronoi cells of points in the unit box or torus, one by one.
 //
-// A cell is what is left of the domain after the half-space nearer to each other
-// point has been cut away. Candidates come from a bucket grid, nearest buckets
-// first; once every vertex of the cell is closer than half the distance to all
-// points not yet seen, none of those can cut it ("security radius") and the cell
-// is final. There is no global mesh, and no assumption of general position:
-// a cut through a vertex or along an edge leaves at worst an edge of length zero.
+// A cell is what is left of the domain after the half-space nearer to each other point has
+// been cut away. Nearest points come first; once every vertex of the cell is closer than half
+// the distance to all points not yet seen, none of those can cut it ("security radius") and
+// the cell is final. There is no global mesh, and no assumption of general position.
 #pragma once
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <limits>
-#include <numeric>
 #include <span>
-#include <utility>
+#include <type_traits>
 #include <vector>
 
-#include "grid.hpp"
+#include "domain.hpp"
+#include "interval.hpp"
 #include "parallel.hpp"
+#include "points.hpp"
+#include "polygon.hpp"
+#include "polyhedron.hpp"
+#include "tree.hpp"
 
 namespace voroquad {
 
-enum class Domain { box, torus };
+template <int D>
+using ConvexCell = std::conditional_t<D == 2, ConvexPolygon, ConvexPolyhedron>;
 
-// A convex polygon, counter-clockwise, in coordinates whose origin is its site.
-class ConvexPolygon {
-public:
-    void reset(double x_min, double y_min, double x_max, double y_max) {
-        vertices_.assign({{x_min, y_min}, {x_max, y_min}, {x_max, y_max}, {x_min, y_max}});
-        update_radius();
-    }
-
-    // Keeps the points nearer to the origin than to `q`:  q·v ≤ |q|²/2.
-    void clip(Point<2> q) {
-        double c = 0.5 * (q[0] * q[0] + q[1] * q[1]);
-        if (c < 1e-280) { // |q|² would lose its digits or vanish: measure in units of |q|
-            const double scale = std::max(std::abs(q[0]), std::abs(q[1]));
-            q = {q[0] / scale, q[1] / scale};
-            c = 0.5 * scale * (q[0] * q[0] + q[1] * q[1]);
-        }
-        const auto excess = [&](const Point<2> &v) { return q[0] * v[0] + q[1] * v[1] - c; };
-
-        // Find whether any vertex is cut off
-        excess_.resize(vertices_.size());
-        bool cut = false;
-        for (std::size_t i = 0; i < vertices_.size(); ++i) {
-            excess_[i] = excess(vertices_[i]);
-            cut |= excess_[i] > 0.0;
-        }
-        if (!cut) return;
-
-        // Walk around (Sutherland and Hodgman 1974): keep what is inside, and where an
-        // edge crosses the line put the crossing
-        kept_.clear();
-        std::size_t j = vertices_.size() - 1;
-        for (std::size_t i = 0; i < vertices_.size(); j = i++) {
-            const double from = excess_[j], to = excess_[i];
-            if ((from < 0.0 && to > 0.0) || (from > 0.0 && to < 0.0)) {
-                const double t = from / (from - to);
-                const Point<2> &a = vertices_[j], &b = vertices_[i];
-                kept_.push_back({a[0] + t * (b[0] - a[0]), a[1] + t * (b[1] - a[1])});
-            }
-            if (to <= 0.0) kept_.push_back(vertices_[i]);
-        }
-        vertices_.swap(kept_);
-        update_radius();
-    }
-
-    // Half the sum of the cross products of consecutive vertices.
-    double area() const {
-        double twice = 0.0;
-        std::size_t j = vertices_.size() - 1;
-        for (std::size_t i = 0; i < vertices_.size(); j = i++)
-            twice += vertices_[j][0] * vertices_[i][1] - vertices_[i][0] * vertices_[j][1];
-        return std::max(0.0, 0.5 * twice);
-    }
-
-    // The squared distance from the site to its farthest vertex.
-    double squared_radius() const { return squared_radius_; }
-    std::span<const Point<2>> vertices() const { return vertices_; }
-
-private:
-    void update_radius() {
-        squared_radius_ = 0.0;
-        for (const auto &v : vertices_)
-            squared_radius_ = std::max(squared_radius_, v[0] * v[0] + v[1] * v[1]);
-    }
-
-    std::vector<Point<2>> vertices_, kept_;
-    std::vector<double> excess_;
-    double squared_radius_ = 0.0;
-};
-
-// Computes cells of one set in the plane; holds a thread's scratch space.
+// Cuts the cells of the sites of a tree, leaf by leaf; holds a thread's scratch space.
+template <int D>
 class CellCutter {
 public:
-    // Cuts the cell of `site`, a point of the grid. Afterwards polygon() is the cell
-    // and multiplicity() the number of points that lie exactly there, itself included.
-    void cut(const BucketGrid<2> &grid, const Point<2> &site, Domain domain) {
-        site_ = site;
-        multiplicity_ = 0;
-        if (domain == Domain::box) polygon_.reset(-site[0], -site[1], 1.0 - site[0], 1.0 - site[1]);
-        else // cut by the site's own images already
-            polygon_.reset(-0.5, -0.5, 0.5, 0.5);
-
-        // The 3 × 3 buckets around the site, nearest points first: they cut most
-        const auto home = grid.bucket_of(site);
-        candidates_.clear();
-        visit_rows(grid, home, domain, 0, [&](const Point<2> &q) { collect(q); });
-        visit_rows(grid, home, domain, 1, [&](const Point<2> &q) { collect(q); });
-        std::sort(candidates_.begin(), candidates_.end(),
-                  [](const Candidate &a, const Candidate &b) { return a.distance2 < b.distance2; });
-        for (const auto &[distance2, q] : candidates_) {
-            if (out_of_reach(distance2)) break;
-            polygon_.clip(q);
-        }
-
-        // Ring after ring, until the security radius is reached
-        const auto clip = [&](const Point<2> &q) {
-            if (!out_of_reach(q[0] * q[0] + q[1] * q[1])) polygon_.clip(q);
-        };
-        for (std::int64_t ring = 2; ring <= last_ring(grid, domain); ++ring) {
-            const double reach = distance_to_ring(grid, home, domain, ring);
-            if (out_of_reach(reach * reach)) break;
-            visit_rows(grid, home, domain, ring, clip);
+    // Calls visit(site, cell) for the sites of a leaf of the tree. The cell's coordinates are
+    // relative to its site.
+    template <class Visit>
+    void cut_leaf(const PointTree<D> &tree, Domain domain, std::size_t leaf, Visit &&visit) {
+        tree_ = &tree;
+        domain_ = domain;
+        gather(leaf);
+        const std::size_t begin = tree.leaf_begin(leaf), end = tree.leaf_begin(leaf + 1);
+        for (std::size_t s = begin; s < end; ++s) {
+            cut(s, s - begin);
+            visit(s, static_cast<const ConvexCell<D> &>(cell_));
         }
     }
-
-    const ConvexPolygon &polygon() const { return polygon_; }
-    std::size_t multiplicity() const { return multiplicity_; }
-    double measure() const { return polygon_.area() / static_cast<double>(multiplicity_); }
 
 private:
     struct Candidate {
         double distance2;
-        Point<2> q;
+        std::size_t index;
     };
 
-    // A point at least twice the radius away cuts nothing; the margin covers rounding.
-    bool out_of_reach(double distance2) const {
-        return distance2 > 4.0 * polygon_.squared_radius() * (1.0 + 1e-12);
-    }
-
-    void collect(const Point<2> &q) {
-        if (q[0] == 0.0 && q[1] == 0.0) ++multiplicity_;
-        else candidates_.push_back({q[0] * q[0] + q[1] * q[1], q});
-    }
-
-    // On the box the ring that holds the farthest bucket; on the torus a cell lies within
-    // √½ of its site, so that images farther than √2 cut nothing.
-    static std::int64_t last_ring(const BucketGrid<2> &grid, Domain domain) {
-        return domain == Domain::box ? grid.resolution() - 1 : 2 * grid.resolution() + 2;
-    }
-
-    // A lower bound of the distance from the site to points of the given ring: to the
-    // nearest inner side of it that lies in the domain.
-    double distance_to_ring(const BucketGrid<2> &grid, const BucketGrid<2>::Bucket &home,
-                            Domain domain, std::int64_t ring) const {
-        const double h = grid.spacing();
-        double distance = std::numeric_limits<double>::infinity();
-        for (int a = 0; a < 2; ++a) {
-            if (domain == Domain::torus || home[a] - ring >= 0)
-                distance =
-                    std::min(distance, site_[a] - static_cast<double>(home[a] - ring + 1) * h);
-            if (domain == Domain::torus || home[a] + ring < grid.resolution())
-                distance = std::min(distance, static_cast<double>(home[a] + ring) * h - site_[a]);
+    // Collects the points around a leaf, its own first. All that are within reach_ of its
+    // box are among them.
+    void gather(std::size_t leaf) {
+        leaf_ = leaf;
+        box_ = tree_->leaf_box(leaf);
+        spacing_ = tree_->spacing_near(leaf);
+        reach_ = (D == 2 ? 2.1 : 2.2) * spacing_;
+        for (int attempt = 0; attempt < 8; ++attempt, reach_ *= 0.5) {
+            for (auto &axis : candidate_) axis.clear();
+            for (auto &axis : turn_) axis.clear();
+            add_leaf(leaf, {});
+            for_each_turn(reach_, [&](const Point<D> &turn, bool home) {
+                tree_->within(relative(box_, turn), reach_ * reach_, [&](std::size_t l) {
+                    if (!home || l != leaf) add_leaf(l, turn);
+                });
+            });
+            if (candidate_[0].size() <= most_candidates) break;
         }
-        return std::max(0.0, distance);
+        distance2_.resize(candidate_[0].size());
     }
 
-    // Calls visit(q - site) for every point q in the buckets whose larger coordinate
-    // distance from `home` is `ring`; on the torus for every image in such a bucket.
-    template <class Visit>
-    void visit_rows(const BucketGrid<2> &grid, const BucketGrid<2>::Bucket &home, Domain domain,
-                    std::int64_t ring, Visit &&visit) const {
-        for (std::int64_t i = home[0] - ring; i <= home[0] + ring; ++i) {
-            const bool whole_row = std::abs(i - home[0]) == ring;
-            if (whole_row) {
-                visit_run(grid, domain, i, home[1] - ring, home[1] + ring, visit);
+    void add_leaf(std::size_t leaf, const Point<D> &turn) {
+        const std::size_t begin = tree_->leaf_begin(leaf), end = tree_->leaf_begin(leaf + 1);
+        for (int a = 0; a < D; ++a) {
+            const double *c = tree_->coordinates(a);
+            candidate_[a].insert(candidate_[a].end(), c + begin, c + end);
+            if (domain_ == Domain::torus) turn_[a].insert(turn_[a].end(), end - begin, turn[a]);
+        }
+    }
+
+    // Cuts the cell of a site, the candidate `own`.
+    void cut(std::size_t s, std::size_t own) {
+        site_ = tree_->site(s);
+        Box<D> domain;
+        for (int a = 0; a < D; ++a) {
+            // On the torus the site's own images leave a box around it
+            domain.lo[a] = domain_ == Domain::box ? -site_[a] : -0.5;
+            domain.hi[a] = domain_ == Domain::box ? 1.0 - site_[a] : 0.5;
+        }
+        cell_.reset(domain);
+        measure_distances();
+        distance2_[own] = std::numeric_limits<double>::infinity();
+
+        // The nearest dozen, in order; then those still within reach of what is left
+        const double near2 = (D == 2 ? 2.2 : 2.6) * spacing_ * spacing_;
+        nearest_.clear();
+        for (std::size_t i = 0; i < distance2_.size(); ++i)
+            if (distance2_[i] <= near2) nearest_.push_back({distance2_[i], i});
+        clip_nearest();
+        nearest_.clear();
+        const double far2 = reach2();
+        for (std::size_t i = 0; i < distance2_.size(); ++i)
+            if (distance2_[i] > near2 && distance2_[i] <= far2)
+                nearest_.push_back({distance2_[i], i});
+        clip_nearest();
+
+        // All points within reach_ of the leaf's box have been seen
+        double seen = std::numeric_limits<double>::infinity();
+        for (int a = 0; a < D; ++a)
+            seen = std::min({seen, site_[a] - box_.lo[a], box_.hi[a] - site_[a]});
+        seen += reach_;
+        if (reach2() > seen * seen * (1.0 - 1e-12)) search_far();
+    }
+
+    void measure_distances() {
+        const std::size_t n = distance2_.size();
+        double *distance2 = distance2_.data();
+        std::fill_n(distance2, n, 0.0);
+        for (int a = 0; a < D; ++a) {
+            const double *c = candidate_[a].data(), *t = turn_[a].data();
+            const double s = site_[a];
+            if (domain_ == Domain::box) {
+                for (std::size_t i = 0; i < n; ++i) distance2[i] += (c[i] - s) * (c[i] - s);
             } else {
-                visit_run(grid, domain, i, home[1] - ring, home[1] - ring, visit);
-                visit_run(grid, domain, i, home[1] + ring, home[1] + ring, visit);
+                for (std::size_t i = 0; i < n; ++i) {
+                    const double q = (c[i] - s) + t[i];
+                    distance2[i] += q * q;
+                }
             }
         }
     }
 
-    template <class Visit>
-    void visit_run(const BucketGrid<2> &grid, Domain domain, std::int64_t i, std::int64_t first,
-                   std::int64_t last, Visit &&visit) const {
-        const std::int64_t k = grid.resolution();
-        if (domain == Domain::box) {
-            if (i < 0 || i >= k) return;
-            first = std::max<std::int64_t>(first, 0);
-            last = std::min(last, k - 1);
-            if (first > last) return;
-            for (const auto &entry : grid.row({i, first}, {i, last}))
-                visit({entry.point[0] - site_[0], entry.point[1] - site_[1]});
-            return;
-        }
-        const auto floor_div = [k](std::int64_t v) { return v >= 0 ? v / k : -((-v + k - 1) / k); };
-        const std::int64_t turn_x = floor_div(i);
-        for (std::int64_t j = first; j <= last;) {
-            const std::int64_t turn_y = floor_div(j);
-            const std::int64_t stop = std::min(last, (turn_y + 1) * k - 1);
-            for (const auto &entry :
-                 grid.row({i - turn_x * k, j - turn_y * k}, {i - turn_x * k, stop - turn_y * k}))
-                visit({(entry.point[0] - site_[0]) + static_cast<double>(turn_x),
-                       (entry.point[1] - site_[1]) + static_cast<double>(turn_y)});
-            j = stop + 1;
+    void clip_nearest() {
+        std::sort(nearest_.begin(), nearest_.end(),
+                  [](const Candidate &a, const Candidate &b) { return a.distance2 < b.distance2; });
+        for (const auto &[distance2, i] : nearest_) {
+            if (distance2 > reach2()) break;
+            Point<D> q;
+            for (int a = 0; a < D; ++a) {
+                q[a] = candidate_[a][i] - site_[a];
+                if (domain_ == Domain::torus) q[a] += turn_[a][i];
+            }
+            cell_.clip(q);
         }
     }
 
-    Point<2> site_{};
-    ConvexPolygon polygon_;
-    std::vector<Candidate> candidates_;
-    std::size_t multiplicity_ = 0;
+    // Visits the rest of the tree, nearest boxes first, where a point could still cut the cell.
+    void search_far() {
+        for_each_turn(std::numeric_limits<double>::infinity(), [&](const Point<D> &turn, bool) {
+            const Point<D> from = relative({site_, site_}, turn).lo;
+            const auto may_cut = [&](const Box<D> &box, double distance2) {
+                return distance2 <= reach2() && cell_.within_reach_of(seen_from_site(box, turn));
+            };
+            tree_->search({from, from}, may_cut, [&](std::size_t leaf, double) {
+                if (gathered(leaf, turn)) return;
+                for (std::size_t s = tree_->leaf_begin(leaf); s < tree_->leaf_begin(leaf + 1);
+                     ++s) {
+                    Point<D> q = tree_->site(s);
+                    for (int a = 0; a < D; ++a) q[a] = (q[a] - site_[a]) + turn[a];
+                    if (dot<D>(q, q) <= reach2()) cell_.clip(q);
+                }
+            });
+        });
+    }
+
+    bool gathered(std::size_t leaf, const Point<D> &turn) const {
+        const Box<D> other = tree_->leaf_box(leaf).shifted(turn);
+        double distance2 = 0.0;
+        for (int a = 0; a < D; ++a) {
+            const double gap = std::max({0.0, other.lo[a] - box_.hi[a], box_.lo[a] - other.hi[a]});
+            distance2 += gap * gap;
+        }
+        return distance2 < reach_ * reach_ * (1.0 - 1e-12);
+    }
+
+    // Points at least twice the radius away cut nothing; the margin covers rounding.
+    double reach2() const { return 4.0 * cell_.squared_radius() * (1.0 + 1e-12); }
+
+    // Calls visit(turn, home) for the images of the domain that may hold points within `reach`
+    // of the leaf: itself, and on the torus its neighbours. (An image of a point that is a
+    // whole turn away from the site or farther in some direction cuts no more than the site's
+    // own image and the image one turn nearer do.)
+    template <class Visit>
+    void for_each_turn(double reach, Visit &&visit) const {
+        std::array<int, D> low{}, high{};
+        if (domain_ == Domain::torus)
+            for (int a = 0; a < D; ++a) {
+                low[a] = box_.lo[a] - reach <= 0.0 ? -1 : 0;
+                high[a] = box_.hi[a] + reach >= 1.0 ? 1 : 0;
+            }
+        for (std::array<int, D> k = low;;) {
+            Point<D> turn;
+            bool home = true;
+            for (int a = 0; a < D; ++a) {
+                turn[a] = k[a];
+                home &= k[a] == 0;
+            }
+            visit(turn, home);
+            int a = 0;
+            for (; a < D && k[a] == high[a]; ++a) k[a] = low[a];
+            if (a == D) return;
+            ++k[a];
+        }
+    }
+
+    // A box as the image of the domain that is `turn` away sees it
+    static Box<D> relative(Box<D> box, const Point<D> &turn) {
+        for (int a = 0; a < D; ++a) box.lo[a] -= turn[a], box.hi[a] -= turn[a];
+        return box;
+    }
+    Box<D> seen_from_site(Box<D> box, const Point<D> &turn) const {
+        for (int a = 0; a < D; ++a) {
+            box.lo[a] = (box.lo[a] - site_[a]) + turn[a];
+            box.hi[a] = (box.hi[a] - site_[a]) + turn[a];
+        }
+        return box;
+    }
+
+    static constexpr std::size_t most_candidates = D == 2 ? 256 : 2048;
+
+    const PointTree<D> *tree_ = nullptr;
+    Domain domain_ = Domain::box;
+    std::size_t leaf_ = 0;
+    Box<D> box_{};
+    double spacing_ = 0.0, reach_ = 0.0;
+    std::array<std::vector<double>, D> candidate_, turn_;
+    std::vector<double> distance2_;
+    std::vector<Candidate> nearest_;
+    Point<D> site_{};
+    ConvexCell<D> cell_;
 };
 
-// A thread's scratch space for sets of one dimension.
+// Scratch space for one set after another.
 template <int D>
-struct CellWorkspace;
-
+struct CellWorkspace {
+    PointTree<D> tree;
+    std::vector<CellCutter<D>> cutters;
+};
 template <>
 struct CellWorkspace<1> {
     std::vector<std::size_t> order;
 };
 
-template <>
-struct CellWorkspace<2> {
-    BucketGrid<2> grid;
-    std::vector<CellCutter> cutters = std::vector<CellCutter>(1);
-};
-
-// Intervals: [0,1) is split halfway between neighbouring distinct points; points that
-// coincide share their interval. `bounds`, where given, gets the ends of each point's
-// interval (unwrapped on the torus).
-inline void cell_measures(const double *points, std::size_t n, Domain domain, double *measures,
-                          CellWorkspace<1> &work, unsigned /*threads*/ = 1,
-                          Point<2> *bounds = nullptr) {
-    auto &order = work.order;
-    order.resize(n);
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    std::sort(order.begin(), order.end(),
-              [points](std::size_t a, std::size_t b) { return points[a] < points[b]; });
-
-    const double first = n ? points[order.front()] : 0.0, last = n ? points[order.back()] : 0.0;
-    for (std::size_t begin = 0, end; begin < n; begin = end) {
-        const double x = points[order[begin]];
-        for (end = begin + 1; end < n && points[order[end]] == x;) ++end;
-
-        // The distance to the cell's two ends
-        double below, above;
-        if (domain == Domain::box) {
-            below = begin > 0 ? 0.5 * (x - points[order[begin - 1]]) : x;
-            above = end < n ? 0.5 * (points[order[end]] - x) : 1.0 - x;
-        } else {
-            below = 0.5 * (begin > 0 ? x - points[order[begin - 1]] : (x - last) + 1.0);
-            above = 0.5 * (end < n ? points[order[end]] - x : (first - x) + 1.0);
-        }
-        for (std::size_t i = begin; i < end; ++i) {
-            measures[order[i]] = (below + above) / static_cast<double>(end - begin);
-            if (bounds) bounds[order[i]] = {x - below, x + above};
-        }
-    }
+// Calls visit(site, cell, worker) for every distinct point in parallel, along the tree's curve.
+template <int D, class Visit>
+void for_each_cell(CellWorkspace<D> &work, Domain domain, unsigned threads, Visit &&visit) {
+    if (work.cutters.size() < threads) work.cutters.resize(threads);
+    parallel_for(work.tree.leaves(), 128, threads,
+                 [&](std::size_t begin, std::size_t end, unsigned worker) {
+                     for (std::size_t leaf = begin; leaf < end; ++leaf)
+                         work.cutters[worker].cut_leaf(work.tree, domain, leaf,
+                                                       [&](std::size_t site, const auto &cell) {
+                                                           visit(site, cell, worker);
+                                                       });
+                 });
 }
 
-// Areas, cell after cell in the order of the grid, so that neighbours share a cache.
-inline void cell_measures(const double *points, std::size_t n, Domain domain, double *measures,
-                          CellWorkspace<2> &work, unsigned threads = 1) {
-    work.grid.build(points, n);
-    const auto entries = work.grid.entries();
-    if (work.cutters.size() < threads) work.cutters.resize(threads);
-    parallel_for(n, 1024, threads, [&](std::size_t begin, std::size_t end, unsigned worker) {
-        CellCutter &cutter = work.cutters[worker];
-        for (std::size_t e = begin; e < end; ++e) {
-            cutter.cut(work.grid, entries[e].point, domain);
-            measures[entries[e].index] = cutter.measure();
-        }
-    });
+// Lengths, areas or volumes of the cells. Points that coincide share their cell equally.
+template <int D>
+void cell_measures(const PointView<D> &points, Domain domain, double *measures,
+                   CellWorkspace<D> &work, unsigned threads = 1) {
+    if constexpr (D == 1) {
+        cell_lengths(points, domain, measures, work.order);
+    } else {
+        if (points.size() == 0) return;
+        work.tree.build(points);
+        for_each_cell(work, domain, threads, [&](std::size_t site, const auto &cell, unsigned) {
+            const auto here = work.tree.points_at(site);
+            const double share = cell.measure() / static_cast<double>(here.size());
+            for (const std::size_t i : here) measures[i] = share;
+        });
+    }
 }
 
 // Measures of `sets` independent sets of n points of [0,1]^D each, in parallel over sets
@@ -289,18 +282,19 @@ inline void cell_measures(const double *points, std::size_t n, Domain domain, do
 template <int D>
 void cell_measures_of_sets(const double *points, std::size_t sets, std::size_t n, Domain domain,
                            double *measures, unsigned threads) {
+    const auto set = [&](std::size_t s) { return PointView<D>(points + s * n * D, n); };
     if (sets >= 2 * std::size_t{threads} || n < 4096) {
         std::vector<CellWorkspace<D>> work(std::max(1u, threads));
         const std::size_t grain = std::max<std::size_t>(1, 1024 / std::max<std::size_t>(n, 1));
-        parallel_for(
-            sets, grain, threads, [&](std::size_t begin, std::size_t end, unsigned worker) {
-                for (std::size_t s = begin; s < end; ++s)
-                    cell_measures(points + s * n * D, n, domain, measures + s * n, work[worker]);
-            });
+        parallel_for(sets, grain, threads,
+                     [&](std::size_t begin, std::size_t end, unsigned worker) {
+                         for (std::size_t s = begin; s < end; ++s)
+                             cell_measures(set(s), domain, measures + s * n, work[worker]);
+                     });
     } else {
         CellWorkspace<D> work;
         for (std::size_t s = 0; s < sets; ++s)
-            cell_measures(points + s * n * D, n, domain, measures + s * n, work, threads);
+            cell_measures(set(s), domain, measures + s * n, work, threads);
     }
 }
 
@@ -312,25 +306,37 @@ struct Polygons {
     std::vector<std::size_t> offsets;
 };
 
-inline Polygons cell_polygons(const double *points, std::size_t n, Domain domain) {
-    BucketGrid<2> grid;
-    grid.build(points, n);
-    CellCutter cutter;
+inline Polygons cell_polygons(const PointView<2> &points, Domain domain) {
+    CellWorkspace<2> work;
+    work.tree.build(points);
+
+    // Site after site, without edges of length zero
+    std::vector<Point<2>> corners;
+    std::vector<std::size_t> begin(work.tree.sites() + 1), site_of(points.size());
+    for_each_cell(work, domain, 1, [&](std::size_t s, const ConvexPolygon &cell, unsigned) {
+        const Point<2> site = work.tree.site(s);
+        for (const std::size_t i : work.tree.points_at(s)) site_of[i] = s;
+        begin[s] = corners.size();
+        for (std::size_t v = 0; v < cell.size(); ++v) {
+            Point<2> corner = cell.vertex(v);
+            for (int a = 0; a < 2; ++a) {
+                corner[a] += site[a];
+                if (domain == Domain::box) corner[a] = std::clamp(corner[a], 0.0, 1.0);
+            }
+            if (corners.size() == begin[s] || corner != corners.back()) corners.push_back(corner);
+        }
+        while (corners.size() > begin[s] + 1 && corners.back() == corners[begin[s]])
+            corners.pop_back();
+    });
+    begin.back() = corners.size();
+
+    // Into the caller's order
     Polygons out;
     out.offsets.push_back(0);
-    for (std::size_t i = 0; i < n; ++i) {
-        const Point<2> site = {points[2 * i], points[2 * i + 1]};
-        cutter.cut(grid, site, domain);
-        const std::size_t begin = out.vertices.size();
-        for (const auto &v : cutter.polygon().vertices()) {
-            Point<2> vertex = {site[0] + v[0], site[1] + v[1]};
-            if (domain == Domain::box)
-                for (double &c : vertex) c = std::clamp(c, 0.0, 1.0);
-            if (out.vertices.size() == begin || vertex != out.vertices.back())
-                out.vertices.push_back(vertex);
-        }
-        while (out.vertices.size() > begin + 1 && out.vertices.back() == out.vertices[begin])
-            out.vertices.pop_back();
+    for (const std::size_t s : site_of) {
+        out.vertices.insert(out.vertices.end(),
+                            corners.begin() + static_cast<std::ptrdiff_t>(begin[s]),
+                            corners.begin() + static_cast<std::ptrdiff_t>(begin[s + 1]));
         out.offsets.push_back(out.vertices.size());
     }
     return out;

@@ -9,10 +9,9 @@
 #include <span>
 #include <vector>
 
-namespace voroquad {
+#include "points.hpp"
 
-template <int D>
-using Point = std::array<double, D>;
+namespace voroquad {
 
 // Points of [0,1]^D sorted into k^D equal buckets, row by row. A bucket's points
 // lie next to each other in memory, and so do those of neighbouring buckets

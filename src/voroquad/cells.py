@@ -21,7 +21,7 @@ class Cells:
 
     @cached_property
     def measures(self) -> NDArray[np.float64]:
-        """Length, area (n,) of each point's cell; (sets, n) for a batch. They sum to 1 per set."""
+        """Length, area or volume (n,) of each point's cell; (sets, n) for a batch. They sum to 1 per set."""
         batch = np.atleast_3d(self._points) if self._points.ndim == 3 else self._points[None]
         measures = _core.measures(batch, self.periodic, self._threads)
         return measures if self._points.ndim == 3 else measures[0]
@@ -50,7 +50,7 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
 
     Parameters
     ----------
-    points : array_like, (n,), (n, d) or (sets, n, d), d = 1 or 2
+    points : array_like, (n,), (n, d) or (sets, n, d), d = 1, 2 or 3
         Points of [0, 1]^d. Points that coincide share their cell equally.
     periodic : bool
         False: cells of the box [0, 1]^d. True: cells of the torus.
@@ -66,7 +66,7 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
     Raises
     ------
     ValueError
-        A point is NaN or outside the domain, or d is not 1 or 2.
+        A point is NaN or outside the domain, or d is not 1, 2 or 3.
 
     Notes
     -----
@@ -84,6 +84,6 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
     array([[0. , 0. ], [0.5, 0. ], [0.5, 1. ], [0. , 1. ]])
     """
     array = unit_points(points, closed=not periodic)
-    if array.shape[-1] > 2:
-        raise ValueError(f"cells are computed for d = 1 and 2, got points with d = {array.shape[-1]}")
+    if array.shape[-1] > 3:
+        raise ValueError(f"cells are computed for d = 1, 2 and 3, got points with d = {array.shape[-1]}")
     return Cells(array, bool(periodic), thread_count(threads))

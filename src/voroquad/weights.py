@@ -64,7 +64,7 @@ def weights(
     ==================  =======  =====  =============================  ========  ======
     debias              order    d      designs                        unbiased  Σ w = 1
     ==================  =======  =====  =============================  ========  ======
-    ``none``            0        1, 2   any                            no        yes
+    ``none``            0        1 to 3 any                            no        yes
     ``bias-function``   0        1      uniform                        yes       no
     ``exchange``        0        1      uniform, stratified            yes       yes
     ==================  =======  =====  =============================  ========  ======
@@ -161,5 +161,5 @@ RULES = (
     Rule("exchange", range(1), range(1, 2), ("uniform",), _exchange_uniform),
     Rule("exchange", range(1), range(1, 2), ("stratified",), _exchange_stratified),
     Rule("bias-function", range(1), range(1, 2), ("uniform",), _over_bias_function),
-    Rule("none", range(1), range(1, 3), None, _voronoi),
+    Rule("none", range(1), range(1, 4), None, _voronoi),
 )

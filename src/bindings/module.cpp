@@ -1,0 +1,6 @@
+// voroquad._core: each part of the core binds itself.
+#include <nanobind/nanobind.h>
+
+void bind_cells(nanobind::module_ &m);
+
+NB_MODULE(_core, m) { bind_cells(m); }
