@@ -45,6 +45,46 @@ def weights(
         print(f"{summary['n']} points in d = {summary['d']}, sum of weights {summary['sum']:.15g}: {output}")
 
 
+Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")]
+
+
+@app.command()
+def study(
+    output: Output,
+    replicates: Annotated[int, typer.Option(help="Sample sets behind every MSE; more at small N.")] = 1000,
+    max_n: Annotated[int, typer.Option(help="Largest number of samples, from 32 up.")] = 4096,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Run the talk's numerical study: figures, numbers as CSV."""
+    from .study.run import run_study, summary
+
+    results = run_study(output, replicates=replicates, max_n=max_n, seed=seed)
+    if as_json:
+        print(json.dumps(summary(results, output)))
+    else:
+        print(f"{sum(len(s.figures) for s in results.sections)} figures and their numbers: {output}")
+
+
+@app.command()
+def report(
+    folders: Annotated[list[Path], typer.Argument(help="Folders that study or compare made.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="HTML file.")] = Path("index.html"),
+) -> None:
+    """Show results as one self-contained HTML page."""
+    from .report.page import write_report
+
+    print(write_report(folders, output))
+
+
+@app.command()
+def demo(output: Output = Path("out"), seed: Seed = 0) -> None:
+    """Run everything at a small size and write OUTPUT/index.html."""
+    from .demo import run_demo
+
+    print(run_demo(output, seed=seed))
+
+
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2."""
     try:

@@ -1,0 +1,1 @@
+"""The talk's numerical study: test functions, convergence experiments, figures."""

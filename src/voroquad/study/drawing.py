@@ -1,0 +1,43 @@
+"""A figure with the numbers behind it, and how both are saved."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from matplotlib.figure import Figure
+
+from .. import results
+from .style import house_style
+
+#: A table: one mapping from column to value per row, all with the same columns.
+Rows = Sequence[Mapping[str, object]]
+
+
+@dataclass(frozen=True)
+class Drawing:
+    """What one of the figure functions returns."""
+
+    figure: Figure
+    rows: Rows
+    caption: str
+    alt: str
+
+    def save(self, folder: Path, stem: str) -> results.Figure:
+        """Write ``stem.png``, ``.svg`` and ``.csv`` into `folder`."""
+        with house_style():
+            self.figure.savefig(folder / f"{stem}.png")
+            self.figure.set_layout_engine("none")  # the SVG keeps the layout found for the PNG
+            self.figure.savefig(folder / f"{stem}.svg", metadata={"Date": None})
+        write_rows(folder / f"{stem}.csv", self.rows)
+        return results.Figure(f"{stem}.png", self.caption, self.alt, svg=f"{stem}.svg", csv=f"{stem}.csv")
+
+
+def write_rows(path: Path, rows: Rows) -> None:
+    """Write a CSV file; floats with the ten digits that matter."""
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(rows[0]))
+        writer.writeheader()
+        writer.writerows({k: f"{v:.10g}" if isinstance(v, float) else v for k, v in row.items()} for row in rows)

@@ -1,0 +1,121 @@
+"""The whole study: every figure from a real run, with its numbers, into one folder."""
+
+from __future__ import annotations
+
+import os
+import shlex
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from .._checks import positive_int
+from .._files import atomic_directory
+from .._progress import progress_bar
+from ..results import Figure, Results, Section, Table
+from .convergence import METHODS_1D, METHODS_2D, Measurement, measure, powers_of_two
+from .drawing import Drawing, write_rows
+from .figures_bias import draw_bias_function, draw_three
+from .figures_bins import draw_bins
+from .figures_cells import draw_cells
+from .figures_convergence import draw_convergence, slope_rows
+from .functions import INTEGRANDS, INTEGRANDS_1D, INTEGRANDS_2D
+
+_TALK: dict[str, tuple[str, Callable[[np.random.Generator], Drawing]]] = {
+    "bins": ("One-dimensional integration with 20 samples", draw_bins),
+    "three-samples": ("Three samples: positions and weights", draw_three),
+    "bias-function": ("The bias function g", draw_bias_function),
+    "cells": ("Voronoi cells in two dimensions", draw_cells),
+}
+_DIMENSIONS = ((METHODS_1D, INTEGRANDS_1D), (METHODS_2D, INTEGRANDS_2D))
+
+
+def run_study(
+    out: str | os.PathLike[str],
+    *,
+    replicates: int = 1000,
+    max_n: int = 4096,
+    seed: int = 0,
+    show_progress: bool = True,
+) -> Results:
+    """Run the talk's numerical study and leave its figures, tables and ``results.json`` in a folder.
+
+    Parameters
+    ----------
+    out : path
+        Folder; it appears, or its entries change, only once everything is done.
+    replicates : int
+        Independent sample sets behind every mean squared error at N ≥ 1024; up to four times as
+        many at smaller N.
+    max_n : int
+        Largest number of samples: the sizes are the powers of two from 8 to max_n ≥ 32.
+    seed : int
+        Seed ≥ 0 of all random numbers.
+    show_progress : bool
+        A progress bar on standard error.
+
+    Returns
+    -------
+    Results
+        What ``results.json`` holds.
+
+    Raises
+    ------
+    ValueError
+        replicates < 2, max_n < 32, a negative seed.
+    """
+    sizes = powers_of_two(positive_int("max_n", max_n))
+    if positive_int("replicates", replicates) < 2:
+        raise ValueError("replicates must be at least 2 (one has no standard error), got 1")
+    if seed < 0:
+        raise ValueError(f"seed must be at least 0, got {seed}")
+    command = ["voroquad", "study", "-o", os.fspath(out)]
+    command += ["--replicates", str(replicates), "--max-n", str(max_n), "--seed", str(seed)]
+    results = Results("Voronoi-weighted Monte Carlo integration: the numerical study", shlex.join(command))
+
+    designs = sum(len({m.design for m in methods}) for methods, _ in _DIMENSIONS)
+    steps = len(_TALK) + designs * len(sizes) + len(INTEGRANDS)
+    with progress_bar(steps, show=show_progress) as advance, atomic_directory(out) as folder:
+        for number, (stem, (title, draw)) in enumerate(_TALK.items()):
+            drawing = draw(np.random.default_rng([seed, number]))
+            results.sections.append(Section(title, figures=[drawing.save(folder, stem)]))
+            advance(title, 1)
+        for methods, integrands in _DIMENSIONS:
+            measurements = measure(methods, integrands, sizes, replicates=replicates, seed=seed, advance=advance)
+            results.sections.append(_convergence_section(folder, measurements, advance))
+        results.write(folder)
+    return results
+
+
+def _convergence_section(folder: Path, measurements: list[Measurement], advance: Callable[[str, int], None]) -> Section:
+    names = list(dict.fromkeys(m.integrand for m in measurements))
+    d = INTEGRANDS[names[0]].d
+    figures: list[Figure] = []
+    for name in names:
+        f = INTEGRANDS[name]
+        drawing = draw_convergence(f, [m for m in measurements if m.integrand == name])
+        figures.append(drawing.save(folder, f"mse-{name}"))
+        advance(f"figure: {f.title}", 1)
+    slopes = f"slopes-{d}d.csv"
+    write_rows(folder / slopes, slope_rows(measurements))
+    return Section(
+        f"Mean squared error against N, d = {d}",
+        text="Every line is one way to integrate: a sampling design and its weights. All integrands, and all weights "
+        "of one design, share their sample sets. The CSV files hold standard errors, and the bias with its own.",
+        figures=figures,
+        tables=[Table(slopes, "Slopes of log MSE against log N, with standard errors, and the MSE at the largest N.")],
+    )
+
+
+def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
+    """What ``voroquad study --json`` prints: the folder, its files and the fitted slopes."""
+    import csv
+
+    folder = Path(out)
+    slopes = []
+    for section in results.sections:
+        for table in section.tables:
+            with (folder / table.csv).open(encoding="utf-8", newline="") as file:
+                slopes += list(csv.DictReader(file))
+    return {"folder": os.fspath(out), "slopes": slopes}

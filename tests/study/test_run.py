@@ -1,0 +1,76 @@
+import csv
+import json
+
+import pytest
+
+from voroquad import cli
+from voroquad.results import Results
+from voroquad.study import figures_bias, figures_bins, run
+from voroquad.study.functions import INTEGRANDS
+
+
+@pytest.fixture
+def quick(monkeypatch):
+    monkeypatch.setattr(figures_bias, "BIAS_SETS", 100)
+    monkeypatch.setattr(figures_bias, "THREE_SETS", 100)
+    monkeypatch.setattr(figures_bins, "REPETITIONS", 10)
+
+
+def call(monkeypatch, *arguments):
+    monkeypatch.setattr("sys.argv", ["voroquad", *map(str, arguments)])
+    cli.main()
+
+
+def test_study_from_the_command_line(quick, monkeypatch, tmp_path, capsys):
+    out = tmp_path / "a study"
+    with pytest.raises(SystemExit) as stop:
+        call(monkeypatch, "study", "-o", out, "--replicates", "2", "--max-n", "32", "--seed", "4", "--json")
+    assert stop.value.code in (None, 0)
+
+    printed = json.loads(capsys.readouterr().out)
+    assert {s["integrand"] for s in printed["slopes"]} == set(INTEGRANDS)
+
+    results = Results.read(out)
+    assert results.command == f"voroquad study -o '{out}' --replicates 2 --max-n 32 --seed 4"
+    figures = [f for s in results.sections for f in s.figures]
+    assert len(figures) == 4 + len(INTEGRANDS)
+    for figure in figures:
+        assert (out / figure.png).read_bytes().startswith(b"\x89PNG")
+        assert "<svg" in (out / figure.svg).read_text(encoding="utf-8")
+        assert figure.alt
+        assert figure.caption
+    with (out / "mse-jump.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert {r["n"] for r in rows} == {"8", "16", "32"}
+    assert all(float(r["mse"]) > 0 and float(r["mse_error"]) >= 0 for r in rows)
+    listed = {name for f in figures for name in (f.png, f.svg, f.csv)} | {"slopes-1d.csv", "slopes-2d.csv"}
+    assert listed | {"results.json"} == {p.name for p in out.iterdir()}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["--max-n", "16"], "max_n must be at least 32"),
+        (["--replicates", "1"], "replicates must be at least 2"),
+        (["--replicates", "0"], "replicates must be a whole number of at least 1"),
+        (["--seed", "-1"], "seed must be at least 0"),
+    ],
+)
+def test_bad_options_are_one_line(monkeypatch, tmp_path, capsys, arguments, message):
+    with pytest.raises(SystemExit) as stop:
+        call(monkeypatch, "study", "-o", tmp_path / "out", *arguments)
+    assert stop.value.code == 2
+    error = capsys.readouterr().err
+    assert message in error
+    assert error.count("\n") == 1
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_failure_leaves_nothing(quick, monkeypatch, tmp_path):
+    def fail(rng):
+        raise ValueError("no figure")
+
+    monkeypatch.setitem(run._TALK, "cells", ("Cells", fail))
+    with pytest.raises(ValueError, match="no figure"):
+        run.run_study(tmp_path / "out", replicates=2, max_n=32, show_progress=False)
+    assert list(tmp_path.iterdir()) == []
