@@ -12,7 +12,18 @@ from .bias import bias_function
 from .cells import Cells, cells
 from .measures import PiecewiseUniform, ProductMeasure
 from .samplers import SampleSet, sample
+from .tables import SampleTable
 from .weights import weights
 
 __version__ = "0.1.0"
-__all__ = ["Cells", "PiecewiseUniform", "ProductMeasure", "SampleSet", "bias_function", "cells", "sample", "weights"]
+__all__ = [
+    "Cells",
+    "PiecewiseUniform",
+    "ProductMeasure",
+    "SampleSet",
+    "SampleTable",
+    "bias_function",
+    "cells",
+    "sample",
+    "weights",
+]

@@ -85,6 +85,85 @@ def demo(output: Output = Path("out"), seed: Seed = 0) -> None:
     print(run_demo(output, seed=seed))
 
 
+@app.command()
+def table(
+    design: Annotated[str, typer.Argument(help="Sampler of the sets: uniform, stratified, sobol, ...")],
+    n: Annotated[int, typer.Option("-n", help="Samples of a set.")],
+    sets: Annotated[int, typer.Option(help="Number of sets.")],
+    output: Annotated[Path, typer.Option("-o", "--output", help="File to write (.npz).")],
+    d: Annotated[int, typer.Option("-d", help="Dimension.")] = 2,
+    order: Order = 0,
+    debias: Debias = "none",
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Make a table of weighted sample sets."""
+    from .tables import make_file
+
+    summary = make_file(output, design, n=n, d=d, sets=sets, order=order, debias=debias, rng=seed)
+    if as_json:
+        print(json.dumps(summary))
+    else:
+        print("{sets} {design} sets of {n} points in d = {d}: {output}".format(**summary))
+
+
+Scene = Annotated[str, typer.Argument(help="Mitsuba XML file, or a built-in scene: depth-of-field.")]
+Domain = Annotated[str, typer.Option(help="What the sets sample: lens.")]
+Size = Annotated[str | None, typer.Option(help="Width and height of the image, such as 320x240.")]
+Jitter = Annotated[bool, typer.Option(help="Sample the pixel's area, or its centre.")]
+
+
+@app.command()
+def render(
+    scene: Scene,
+    output: Annotated[Path, typer.Option("-o", "--output", help="Image to write, .exr or .png.")],
+    domain: Domain = "lens",
+    spp: Annotated[int, typer.Option(help="Samples per pixel.")] = 64,
+    sampler: Annotated[str, typer.Option(help="Design of the sets, such as uniform or sobol.")] = "stratified",
+    order: Order = 0,
+    debias: Debias = "none",
+    weighted: Annotated[bool, typer.Option(help="Use the weights, or the same samples without.")] = True,
+    jitter: Jitter = True,
+    size: Size = None,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Render a Mitsuba scene with weighted sample sets."""
+    from .mitsuba import render as renderer
+
+    summary = renderer.render(
+        scene, output, domain=domain, spp=spp, sampler=sampler, order=order, debias=debias,
+        weighted=weighted, jitter=jitter, size=renderer.parse_size(size), seed=seed,
+    )  # fmt: skip
+    if as_json:
+        print(json.dumps(summary))
+    else:
+        print("{width}x{height} at {spp} samples per pixel: {output}".format(**summary))
+
+
+@app.command()
+def compare(
+    scene: Scene,
+    output: Output,
+    domain: Domain = "lens",
+    spp: Annotated[str, typer.Option(help="Samples per pixel, separated by commas.")] = "16,64,256",
+    jitter: Jitter = False,
+    size: Size = None,
+    seed: Seed = 0,
+    as_json: AsJson = False,
+) -> None:
+    """Compare weighted sample sets with other samplers on a Mitsuba scene."""
+    from .mitsuba.compare import compare as run
+    from .mitsuba.compare import parse_spp, summary
+    from .mitsuba.render import parse_size
+
+    results = run(scene, output, domain=domain, spp=parse_spp(spp), size=parse_size(size), seed=seed, jitter=jitter)
+    if as_json:
+        print(json.dumps(summary(results, output)))
+    else:
+        print(f"images and their errors: {output}")
+
+
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2."""
     try:

@@ -1,0 +1,53 @@
+"""Weighted sample sets in Mitsuba 3: importing this package registers its plug-ins.
+
+``reweighted`` renders through a nested integrator with camera samples from weighted sets, ``plain`` is the
+same without the sets. Both exist in the current variant and in every later one:
+
+>>> import mitsuba as mi, voroquad.mitsuba
+>>> mi.set_variant("llvm_ad_rgb")
+>>> integrator = mi.load_dict({"type": "reweighted", "domain": "lens", "nested": {"type": "direct"}})
+"""
+
+from __future__ import annotations
+
+import importlib
+import sys
+
+try:
+    import drjit as dr
+
+    import mitsuba as mi
+except ImportError as error:
+    raise ImportError(f"rendering needs Mitsuba 3 ({error}); install it with: pip install 'voroquad[render]'") from None
+
+OLDEST_LLVM = 17
+_PLUGINS = __name__ + ".integrator"
+
+
+def check_llvm() -> None:
+    """Raise ImportError if Mitsuba's llvm variants cannot run: no libLLVM, or one that makes Dr.Jit abort."""
+    with dr.detail.scoped_rtld_deepbind():
+        version = dr.detail.llvm_version()[0]
+    if dr.has_backend(dr.JitBackend.LLVM) and version >= OLDEST_LLVM:
+        return
+    found = f"Dr.Jit found version {version}" if version > 0 else "Dr.Jit found none that it can use"
+    raise ImportError(
+        f"Mitsuba's llvm variants need libLLVM {OLDEST_LLVM} or newer and {found}; install it with "
+        "'apt-get install libllvm19' (macOS: 'brew install llvm') or set DRJIT_LIBLLVM_PATH to the library"
+    )
+
+
+def _register(previous: str | None, variant: str | None) -> None:
+    """Make the plug-ins of a variant: its base classes are its own, hence the reload (as Mitsuba's own do)."""
+    if variant is None or variant.startswith("scalar"):
+        return
+    if variant.startswith("llvm"):
+        check_llvm()
+    if _PLUGINS in sys.modules:
+        importlib.reload(sys.modules[_PLUGINS])
+    else:
+        importlib.import_module(_PLUGINS)
+
+
+mi.detail.add_variant_callback(_register)
+_register(None, mi.variant())
