@@ -15,6 +15,14 @@ settings.register_profile("long", deadline=None, max_examples=20_000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "default"))
 
 
+@pytest.fixture(scope="session", autouse=True)
+def _cache_of_this_run(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Tables of the bias function are made anew by a test run, once for all its processes."""
+    base = tmp_path_factory.getbasetemp()
+    shared = base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base
+    os.environ["VOROQUAD_CACHE_DIR"] = str(shared / "cache")
+
+
 @pytest.fixture(scope="session")
 def z_score() -> Callable[[np.ndarray, float], float]:
     """(mean − truth) in standard errors, over the last axis of independent estimates.

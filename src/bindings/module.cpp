@@ -2,5 +2,9 @@
 #include <nanobind/nanobind.h>
 
 void bind_cells(nanobind::module_ &m);
+void bind_bias(nanobind::module_ &m);
 
-NB_MODULE(_core, m) { bind_cells(m); }
+NB_MODULE(_core, m) {
+    bind_cells(m);
+    bind_bias(m);
+}

@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from .bias import uniform_interval
+from .bias import bias_at
 
 
-def by_bias_function(points: NDArray[np.float64], measures: NDArray[np.float64]) -> NDArray[np.float64]:
-    """|V_i| / G(x_i), uniform sets in d = 1 (Guo and Eisemann's Î_GR)."""
-    return measures / uniform_interval(points[..., 0], points.shape[-2])
+def by_bias_function(
+    points: NDArray[np.float64], measures: NDArray[np.float64], strata: tuple[int, ...] | None
+) -> NDArray[np.float64]:
+    """|V_i| / G(x_i), uniform or stratified sets (Guo and Eisemann's Î_GR, in any dimension up to 3)."""
+    return measures / bias_at(points, points.shape[-2], strata)
 
 
 def exchange_uniform(points: NDArray[np.float64]) -> NDArray[np.float64]:

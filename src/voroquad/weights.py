@@ -65,7 +65,7 @@ def weights(
     debias              order    d      designs                        unbiased  Σ w = 1
     ==================  =======  =====  =============================  ========  ======
     ``none``            0        1 to 3 any                            no        yes
-    ``bias-function``   0        1      uniform                        yes       no
+    ``bias-function``   0        1 to 3 uniform, stratified            yes       no
     ``exchange``        0        1      uniform, stratified            yes       yes
     ==================  =======  =====  =============================  ========  ======
 
@@ -130,7 +130,7 @@ def _voronoi(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64
 
 
 def _over_bias_function(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
-    return _debias.by_bias_function(samples.points, _voronoi(samples, order, threads))
+    return _debias.by_bias_function(samples.points, _voronoi(samples, order, threads), samples.strata)
 
 
 def _exchange_uniform(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
@@ -160,6 +160,6 @@ def _span(numbers: range) -> str:
 RULES = (
     Rule("exchange", range(1), range(1, 2), ("uniform",), _exchange_uniform),
     Rule("exchange", range(1), range(1, 2), ("stratified",), _exchange_stratified),
-    Rule("bias-function", range(1), range(1, 2), ("uniform",), _over_bias_function),
+    Rule("bias-function", range(1), range(1, 4), ("uniform", "stratified"), _over_bias_function),
     Rule("none", range(1), range(1, 4), None, _voronoi),
 )
