@@ -29,6 +29,7 @@ def test_study_from_the_command_line(quick, monkeypatch, tmp_path, capsys):
 
     printed = json.loads(capsys.readouterr().out)
     assert {s["integrand"] for s in printed["slopes"]} == set(INTEGRANDS)
+    assert all(s["slope"] < 0 and (s["n_from"], s["n_to"]) == (8, 32) for s in printed["slopes"])
 
     results = Results.read(out)
     assert results.command == f"voroquad study -o '{out}' --replicates 2 --max-n 32 --seed 4"

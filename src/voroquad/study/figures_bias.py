@@ -113,7 +113,7 @@ def draw_bias_function(rng: np.random.Generator) -> Drawing:
         zoom.set(xlim=(0, 0.15), xticks=[0, 0.05, 0.1, 0.15])
         whole.set_title("Bias function g(x)")
         zoom.set_title("Its left end")
-        for n, color, (x, y) in zip(SIZES, COLORS, ((0.037, 0.86), (0.0245, 0.93), (0.0015, 1.12)), strict=True):
+        for n, color, (x, y) in zip(SIZES, COLORS, ((0.062, 1.115), (0.034, 1.115), (0.004, 1.115)), strict=True):
             zoom.text(x, y, f"N = {n}", color=color)
     return Drawing(
         figure,

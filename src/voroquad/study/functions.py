@@ -128,7 +128,7 @@ INTEGRANDS_1D = (
 INTEGRANDS_2D = (
     Integrand(
         "talk-2d",
-        "Talk's test function, f(x) f(y)",
+        "Talk's, f(x) f(y)",
         "the talk's function of x times that of y",
         2,
         lambda p: talk_profile(p[..., 0]) * talk_profile(p[..., 1]),
