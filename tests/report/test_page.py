@@ -25,6 +25,7 @@ def folder(tmp_path):
     (path / "a.png").write_bytes(PNG)
     (path / "a.svg").write_text(SVG, encoding="utf-8")
     (path / "a.csv").write_text(CSV, encoding="utf-8")
+    (path / "b.csv").write_text(CSV, encoding="utf-8")
     Results(
         "A <run> & more",
         "voroquad study -o out",
@@ -32,7 +33,10 @@ def folder(tmp_path):
             Section(
                 "First",
                 "Text with <b>",
-                figures=[Figure("a.png", "Caption", "Alternative", svg="a.svg", csv="a.csv")],
+                figures=[
+                    Figure("a.png", "Caption", "Alternative", svg="a.svg", csv="b.csv"),
+                    Figure("a.png", "Other", "Bitmap", csv="a.csv"),
+                ],
                 tables=[Table("a.csv", "Errors.")],
                 grids=[ImageGrid(["plain"], ["16 spp", "64 spp"], [["a.png", None]], "Images.")],
             )
@@ -71,11 +75,11 @@ def test_everything_is_inside_the_page(folder, tmp_path):
             assert re.match(r"data:|#", attributes.get(name) or "#")
     assert not re.search(r"https?://|@import|url\(", page.source)
     pictures = page.all("img")
-    assert [p["alt"] for p in pictures] == ["Alternative", "plain, 16 spp"]
+    assert [p["alt"] for p in pictures] == ["Alternative", "Bitmap", "plain, 16 spp"]
     assert decoded(pictures[0]["src"]) == SVG.encode()
     assert decoded(pictures[1]["src"]) == PNG
     downloads = [a for a in page.all("a") if "download" in a]
-    assert [a["download"] for a in downloads] == ["a.csv", "a.csv"]
+    assert [a["download"] for a in downloads] == ["b.csv", "a.csv"]  # a figure's table is not repeated
     assert decoded(downloads[0]["href"]).decode() == CSV
 
 
