@@ -17,10 +17,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from xml.etree import ElementTree as xml
 
+import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
-
-import mitsuba as mi
 
 HERE = Path(__file__).resolve().parent
 DESTINATION = HERE.parent / "src" / "voroquad" / "mitsuba" / "scenes" / "depth-of-field"

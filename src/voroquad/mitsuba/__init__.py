@@ -15,7 +15,6 @@ import sys
 
 try:
     import drjit as dr
-
     import mitsuba as mi
 except ImportError as error:
     raise ImportError(f"rendering needs Mitsuba 3 ({error}); install it with: pip install 'voroquad[render]'") from None

@@ -10,9 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 import mitsuba as mi
+import numpy as np
 
 from .._checks import positive_int
 from .._files import atomic_directory

@@ -9,10 +9,9 @@ from dataclasses import dataclass
 from typing import Any
 
 import drjit as dr
+import mitsuba as mi
 import numpy as np
 from mitsuba.python.ad.integrators.common import ADIntegrator, RBIntegrator
-
-import mitsuba as mi
 
 from .._checks import one_of, positive_int
 from ..samplers import DESIGNS

@@ -9,10 +9,9 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
-
-import mitsuba as mi
 
 from .._checks import one_of, positive_int
 from .._files import atomic_path
