@@ -10,7 +10,9 @@ Each sample is weighted with the piece of the domain it stands for, without bias
 
 from .bias import bias_function
 from .cells import Cells, cells
+from .integrand import IntegrationWarning
 from .measures import PiecewiseUniform, ProductMeasure
+from .quadrature import QuadResult, quad
 from .samplers import SampleSet, sample
 from .tables import SampleTable
 from .weights import weights
@@ -18,12 +20,15 @@ from .weights import weights
 __version__ = "0.1.0"
 __all__ = [
     "Cells",
+    "IntegrationWarning",
     "PiecewiseUniform",
     "ProductMeasure",
+    "QuadResult",
     "SampleSet",
     "SampleTable",
     "bias_function",
     "cells",
+    "quad",
     "sample",
     "weights",
 ]

@@ -1,9 +1,19 @@
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
 def measures(points: NDArray[np.float64], periodic: bool, threads: int) -> NDArray[np.float64]: ...
 def intervals(points: NDArray[np.float64], periodic: bool) -> NDArray[np.float64]: ...
 def polygons(points: NDArray[np.float64], periodic: bool) -> tuple[NDArray[np.float64], NDArray[np.uint64]]: ...
+def leave_one_out_strata(
+    points: NDArray[np.float64],
+    strata: Sequence[int],
+    width: Sequence[int],
+    order: int,
+    values: NDArray[np.float64],
+    threads: int,
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]: ...
 def default_thread_count() -> int: ...
 def bias_uniform(x: NDArray[np.float64], n: int, resolution: tuple[int, int], threads: int) -> NDArray[np.float64]: ...
 def bias_stratified(

@@ -11,9 +11,10 @@ from numpy.typing import ArrayLike, NDArray
 from . import debias as _debias
 from ._checks import one_of, thread_count
 from .cells import cells
+from .leave_one_out import weigh_strata
 from .samplers import SampleSet, as_sample_set, stratum_index
 
-DEBIAS = ("none", "bias-function", "exchange", "auto")
+DEBIAS = ("none", "bias-function", "exchange", "leave-one-out", "auto")
 MAX_ORDER = 8
 
 
@@ -32,11 +33,14 @@ def weights(
     samples : SampleSet or array_like, (n,), (n, d) or (sets, n, d)
         What :func:`voroquad.sample` returned, or bare points of [0, 1)^d.
     order : int
-        0: a sample stands for its Voronoi cell.
-    debias : {"none", "bias-function", "exchange", "auto"}
+        0: a sample stands for its Voronoi cell. p ≥ 1: polynomials of total degree p are integrated
+        exactly; where a set has too few strata for p, the highest degree that it supports.
+    debias : {"none", "bias-function", "exchange", "leave-one-out", "auto"}
         ``"none"``: the measures of the Voronoi cells; consistent, but biased near the border.
         ``"bias-function"``: the measures over the bias function G; unbiased, Σ w ≠ 1.
         ``"exchange"``: unbiased with Σ w = 1 and no loss of rate.
+        ``"leave-one-out"``: unbiased with Σ w = 1; each sample corrects a polynomial fitted to the
+        others around it.
         ``"auto"``: an exactly unbiased choice for the design.
     design : str, optional
         How bare points were drawn: a sampler's name. Rules other than ``"none"`` must know.
@@ -67,6 +71,8 @@ def weights(
     ``none``            0        1 to 3 any                            no        yes
     ``bias-function``   0        1 to 3 uniform, stratified            yes       no
     ``exchange``        0        1      uniform, stratified            yes       yes
+    ``leave-one-out``   1 to 8   1 to 3 stratified                     yes       yes
+    ``leave-one-out``   1 to 3   4 to 8 stratified                     yes       yes
     ==================  =======  =====  =============================  ========  ======
 
     References
@@ -160,6 +166,8 @@ def _span(numbers: range) -> str:
 RULES = (
     Rule("exchange", range(1), range(1, 2), ("uniform",), _exchange_uniform),
     Rule("exchange", range(1), range(1, 2), ("stratified",), _exchange_stratified),
+    Rule("leave-one-out", range(1, 9), range(1, 4), ("stratified",), weigh_strata),
+    Rule("leave-one-out", range(1, 4), range(4, 9), ("stratified",), weigh_strata),
     Rule("bias-function", range(1), range(1, 4), ("uniform", "stratified"), _over_bias_function),
     Rule("none", range(1), range(1, 4), None, _voronoi),
 )

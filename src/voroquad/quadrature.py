@@ -1,0 +1,290 @@
+"""Numerical integration: one call, an unbiased value and its error."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import stats
+
+from ._checks import one_of, positive_int, thread_count
+from .integrand import Integrand, IntegrationWarning
+from .leave_one_out import check_order, default_order, error_scale, fit_strata
+from .samplers import EngineFactory, Rng, grid_shape, sample
+from .weights import DEBIAS, weights
+
+Array = NDArray[np.float64]
+
+#: Replicates that one estimate is split into where a rule needs several sets.
+REPLICATES = 8
+
+
+class ConfidenceInterval(NamedTuple):
+    """Ends of an interval; arrays for vector-valued integrands."""
+
+    low: Any
+    high: Any
+
+
+@dataclass(frozen=True)
+class QuadResult:
+    """What :func:`quad` returns. ``print`` shows it as a value with its uncertainty, 2.66613(4).
+
+    Attributes
+    ----------
+    integral : float or array
+        The estimate, in the shape of func's values.
+    standard_error : float or array
+        Its standard error.
+    n_evaluations : int
+        Number of points func was evaluated at.
+    degrees_of_freedom : float
+        Of the Student-t distribution that :meth:`confidence_interval` takes.
+    """
+
+    integral: Any
+    standard_error: Any
+    n_evaluations: int
+    degrees_of_freedom: float = field(default=math.inf, repr=False)
+
+    def confidence_interval(self, level: float = 0.95) -> ConfidenceInterval:
+        """The interval that holds the integral in a fraction `level` of repetitions.
+
+        Raises ValueError for a level outside (0, 1).
+        """
+        if not 0 < level < 1:
+            raise ValueError(f"level must be between 0 and 1, got {level!r}; 0.95 is the usual one")
+        half = float(stats.t.ppf((1 + level) / 2, self.degrees_of_freedom)) * self.standard_error
+        return ConfidenceInterval(self.integral - half, self.integral + half)
+
+    def __str__(self) -> str:
+        value, error = np.asarray(self.integral), np.asarray(self.standard_error)
+        texts = [with_uncertainty(v, e) for v, e in zip(value.flat, error.flat, strict=True)]
+        if value.ndim == 0:
+            return texts[0]
+        return np.array2string(np.array(texts).reshape(value.shape), formatter={"all": str})
+
+
+def with_uncertainty(value: float, error: float) -> str:
+    """A number as scientists write it: the last digits' uncertainty in brackets.
+
+    Examples
+    --------
+    >>> from voroquad.quadrature import with_uncertainty
+    >>> with_uncertainty(2.666131, 0.000042), with_uncertainty(-12.3, 0.14), with_uncertainty(5231.0, 120.0)
+    ('2.66613(4)', '-12.30(14)', '5230(120)')
+    """
+    if not (math.isfinite(value) and math.isfinite(error)):
+        return f"{value:.6g}({error:.2g})"
+    if error <= 0:
+        return f"{value:.15g}"
+    # One digit of the error, two where the first is 1
+    mantissa, exponent = f"{error:.1e}".split("e")
+    digits = 1 - int(exponent) if mantissa.startswith("1") else -int(f"{error:.0e}".split("e")[1])
+    if digits <= 0:
+        return f"{round(value, digits):.0f}({round(error, digits):.0f})"
+    if max(abs(value), error) < 1e-4 or abs(value) >= 1e15:  # in scientific notation, both to the same power
+        power = math.floor(math.log10(max(abs(value), error)))
+        return f"{with_uncertainty(value / 10.0**power, error / 10.0**power)}e{power:+03d}"
+    return f"{value:.{digits}f}({round(error * 10**digits):d})"
+
+
+def quad(
+    func: Callable[[Any], Any],
+    a: Any,
+    b: Any,
+    *,
+    n_points: int = 1024,
+    n_estimates: int = 1,
+    sampler: str | EngineFactory = "auto",
+    order: int | str = "auto",
+    debias: str = "auto",
+    rng: Rng = None,
+    threads: int | None = None,
+) -> QuadResult:
+    """Integrate a function over a box.
+
+    Parameters
+    ----------
+    func : callable
+        ``func(x)`` takes points x of shape (d, n) and returns values (n,) or, for several components
+        at once, (..., n). The conventions are those of `scipy.integrate.qmc_quad`.
+    a, b : float or array_like, (d,)
+        Lower and upper limits. They may be infinite. Where b < a the sign changes, as usual.
+    n_points : int
+        Largest number of evaluations of an estimate. A stratified set has the largest near-cubic
+        grid of at most that many strata.
+    n_estimates : int
+        Number of independent sets; the result is their mean, its error comes from their spread.
+    sampler : str or callable
+        As :func:`voroquad.sample` has them. "auto" is "stratified" for d ≤ 4 and "sobol" above.
+    order : int or "auto"
+        Order of the rule. "auto" is a fixed function of the dimension and the number of points
+        (:func:`voroquad.leave_one_out.default_order`).
+    debias : str
+        As in :func:`voroquad.weights`.
+    rng : int, numpy.random.Generator or None
+        Seed.
+    threads : int, optional
+        Number of threads of the rule itself. The result does not depend on it.
+
+    Returns
+    -------
+    QuadResult
+        With ``integral``, ``standard_error``, ``confidence_interval(level)``, ``n_evaluations``.
+
+    Raises
+    ------
+    ValueError
+        Limits that are no numbers; n_points < 1; a rule that does not exist; values of a wrong shape.
+
+    Warns
+    -----
+    IntegrationWarning
+        func is not finite somewhere; or a single stratum makes up the error, so that the integrand
+        is not resolved.
+
+    Notes
+    -----
+    By default the box is cut into N equal strata S_i, each with one random point x_i, and
+
+        Î = Σ_i [ ∫_{S_i} P_i + |S_i| (f(x_i) − P_i(x_i)) ],
+
+    where P_i is a polynomial fitted to the samples around S_i without x_i. This is unbiased for every
+    integrand, exact for polynomials up to the order, and its mean squared error falls as
+    N^(−1−2(p+1)/d) for smooth ones. The error is read off the corrections of one set,
+    (Σ_i (|S_i| (f(x_i) − P_i(x_i)))²)^½ times a factor for the order and dimension that
+    ``benchmarks/calibrate_errors.py`` found.
+
+    Examples
+    --------
+    >>> import numpy as np, voroquad as vq
+    >>> r = vq.quad(lambda x: np.exp(x[0] * x[1]), [0, 0], [1, 2], rng=7)
+    >>> bool(abs(r.integral - 3.6838715105404) < 1e-8)  # Σ 2^(k+1) / ((k+1)² k!)
+    True
+    >>> r.n_evaluations
+    1024
+    """
+    n_points, n_estimates = positive_int("n_points", n_points), positive_int("n_estimates", n_estimates)
+    threads = thread_count(threads)
+    integrand = Integrand(func, a, b)
+    if sampler == "auto":
+        sampler = "stratified" if integrand.d <= 4 else "sobol"
+    one_of("debias", debias, DEBIAS)
+    if order != "auto":
+        check_order(order, integrand.d)
+    generator = np.random.default_rng(rng)
+    if sampler == "stratified" and debias in ("auto", "leave-one-out"):
+        estimate = _stratified(integrand, n_points, n_estimates, order, generator, threads)
+    else:
+        estimate = _replicates(integrand, n_points, n_estimates, sampler, order, debias, generator, threads)
+    return QuadResult(
+        integrand.result(estimate.mean), integrand.result(estimate.error), estimate.n, estimate.degrees_of_freedom
+    )
+
+
+@dataclass(frozen=True)
+class _Estimate:
+    """Of each of the integrand's components: (fields,)."""
+
+    mean: Array
+    error: Array
+    n: int
+    degrees_of_freedom: float
+
+
+def _stratified(
+    integrand: Integrand, n_points: int, sets: int, order: int | str, rng: np.random.Generator, threads: int
+) -> _Estimate:
+    """Leave-one-out on `sets` sets of one sample per stratum."""
+    strata = largest_grid(n_points, integrand.d)
+    p = default_order(strata) if order == "auto" else int(order)
+    samples = sample("stratified", math.prod(strata), integrand.d, sets=sets, rng=rng)
+    values = _values(integrand, samples.points)
+    w, residuals = fit_strata(samples, p, threads, values)
+    means = np.einsum("sn,sfn->sf", w, values)
+    if sets > 1:
+        return _across_sets(means, samples.n)
+    _warn_if_unresolved(integrand, samples.points[0], residuals[0])
+    corrections = error_scale(p, strata) * np.sqrt(np.square(residuals[0]).sum(axis=-1)) / samples.n
+    rounding = np.finfo(float).eps * (np.abs(w[0]) * np.abs(values[0])).sum(axis=-1)
+    error = np.hypot(corrections, rounding)
+    return _Estimate(means[0], error, samples.n, math.inf)
+
+
+def _replicates(
+    integrand: Integrand,
+    n_points: int,
+    sets: int,
+    sampler: str | EngineFactory,
+    order: int | str,
+    debias: str,
+    rng: np.random.Generator,
+    threads: int,
+) -> _Estimate:
+    """Any rule of :func:`voroquad.weights` on independent sets; one estimate is split into eight."""
+    if sets == 1 and n_points >= 2 * REPLICATES:
+        sets, n_points = REPLICATES, n_points // REPLICATES
+    samples = sample(sampler, n_points, integrand.d, sets=sets, rng=rng)
+    values = _values(integrand, samples.points)
+    p = 0 if order == "auto" else int(order)
+    w = weights(samples, order=p, debias=debias, threads=threads)
+    return _across_sets(np.einsum("sn,sfn->sf", w, values), samples.n)
+
+
+def _values(integrand: Integrand, points: Array) -> Array:
+    """Values (sets, fields, n) at points (sets, n, d), by one call."""
+    sets, n, d = points.shape
+    values = integrand(points.reshape(-1, d))
+    return np.ascontiguousarray(values.reshape(-1, sets, n).swapaxes(0, 1))
+
+
+def _across_sets(means: Array, n: int) -> _Estimate:
+    """Mean and standard error of independent estimates (sets, fields)."""
+    sets = len(means)
+    error = means.std(axis=0, ddof=1) / math.sqrt(sets) if sets > 1 else np.full(means.shape[1], np.nan)
+    return _Estimate(means.mean(axis=0), error, sets * n, max(sets - 1, 1))
+
+
+def largest_grid(n: int, d: int) -> tuple[int, ...]:
+    """The grid of the most boxes, at most n, whose numbers along the axes differ by at most two.
+
+    Examples
+    --------
+    >>> from voroquad.quadrature import largest_grid
+    >>> largest_grid(1024, 2), largest_grid(1000, 3), largest_grid(2048, 4)
+    ((32, 32), (10, 10, 10), (6, 6, 7, 8))
+    """
+    k = math.floor(n ** (1 / d) + 1e-9)
+    if k == 1:
+        return (1,) * d
+    candidates = []
+    for least in (max(1, k - 1), k):
+        for twos in range(d + 1):
+            for ones in range(d - twos + 1):
+                shape = (least,) * (d - ones - twos) + (least + 1,) * ones + (least + 2,) * twos
+                if math.prod(shape) <= n and shape[-1] <= 2 * shape[0]:
+                    candidates.append(shape)
+    best = max(candidates, key=lambda shape: (math.prod(shape), shape[0]))
+    return grid_shape(math.prod(best), d)
+
+
+def _warn_if_unresolved(integrand: Integrand, u: Array, residuals: Array) -> None:
+    """Warn where one stratum makes up the error of a component; residuals are (fields, n)."""
+    squares = np.square(residuals)
+    total = squares.sum(axis=1)
+    share = np.divide(squares.max(axis=1), total, out=np.zeros_like(total), where=total > 0)
+    worst = int(np.argmax(share))
+    if share[worst] > 0.75 and residuals.shape[1] >= 16:
+        x, _ = integrand.pull_back(u[np.argmax(squares[worst])][:, None])
+        warnings.warn(
+            f"one stratum, at x = {x[:, 0].tolist()}, makes up {share[worst]:.0%} of the error: the integrand is "
+            "not resolved there and the error bar is uncertain; use more points or split the box",
+            IntegrationWarning,
+            stacklevel=4,
+        )
