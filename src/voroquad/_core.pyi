@@ -19,3 +19,14 @@ def bias_uniform(x: NDArray[np.float64], n: int, resolution: tuple[int, int], th
 def bias_stratified(
     x: NDArray[np.float64], strata: tuple[int, ...], resolution: tuple[int, int], threads: int
 ) -> NDArray[np.float64]: ...
+def boundary_control(
+    points: NDArray[np.float64],
+    measures: NDArray[np.float64],
+    excess_at_samples: NDArray[np.float64],
+    position: list[NDArray[np.float64]],
+    weight: list[NDArray[np.float64]],
+    node_class: list[NDArray[np.int64]],
+    excess: NDArray[np.float64],
+    strata: tuple[int, ...],
+    threads: int,
+) -> NDArray[np.float64]: ...

@@ -74,17 +74,13 @@ class BoundaryLayer:
 class Strata:
     """Stratified sets: strata at equal distance from the border look alike, and all that are far from it.
 
-    `k` strata, of which those from number `inner` on do not feel the border, as seen from a grid of
-    `proxy` strata of the same shape in which G is the same.
+    `k` strata of as many kinds as there are `panels`, as seen from a grid of `proxy` strata of the
+    same shape in which G is the same.
     """
 
     k: int
     proxy: int
-    inner: int
-
-    @property
-    def panels(self) -> int:
-        return min((self.k + 1) // 2, self.inner + 1)
+    panels: int
 
     def locate(self, x: Floats) -> tuple[NDArray[np.intp], Floats]:
         stratum = np.minimum((x * self.k).astype(np.intp), self.k - 1)
@@ -151,14 +147,28 @@ class Plan:
         return values
 
 
-def uniform_plan(n: int, d: int) -> Plan:
-    """The table of n independent uniform samples: one corner of the boundary layer.
+def layer_depth(n: int, d: int) -> float:
+    """How far from the border the bias of n independent samples reaches.
 
-    Beyond 5 n^(−1/2) from the border, or 3.5 n^(−1/3) in space, G is 1 to 1e-5: a ball that
-    reaches from there to the border is large enough to hold a sample almost surely.
+    Deeper, G is 1 to 1e-5: a ball that touches the border is large enough to hold a sample almost
+    surely. For d = 1 the probability falls as exp(−n x) only.
     """
+    return min(0.5, {1: 20.0, 2: 5.0, 3: 3.5}[d] * n ** (-1 / d))
+
+
+def kinds_of_strata(k: int, strata: tuple[int, ...]) -> int:
+    """How many kinds of strata G tells apart along an axis of k: by distance from the border.
+
+    Empty balls are as wide as two strata: what is so far from the border along an axis is inside.
+    """
+    inner = math.ceil(2 * k / min(strata) - 0.5)
+    return min((k + 1) // 2, inner + 1)
+
+
+def uniform_plan(n: int, d: int) -> Plan:
+    """The table of n independent uniform samples: one corner of the boundary layer."""
     spacing = n ** (-1 / d)
-    depth = min(0.5, (5.0 if d == 2 else 3.5) * spacing)
+    depth = layer_depth(n, d)
     nodes = round(12 + 2.4 * depth / spacing) if d == 2 else round(6 + 2.8 * depth / spacing)
     resolution = (12, 16) if d == 2 else (8, 10)
     return Plan(f"uniform-{d}d-{n}", (BoundaryLayer(depth),) * d, nodes, resolution, n, None)
@@ -174,8 +184,7 @@ def stratified_plan(strata: tuple[int, ...]) -> Plan:
     cubic = len(set(strata)) == 1
     proxy = tuple(min(k, 7) for k in strata) if cubic else strata
     nodes, resolution = (12, (16, 12)) if d == 2 else (6, (6, 6))
-    # Empty balls are as wide as two strata: what is so far from the border along an axis is inside
-    axes = tuple(Strata(k, p, math.ceil(2 * k / min(strata) - 0.5)) for k, p in zip(strata, proxy, strict=True))
+    axes = tuple(Strata(k, p, kinds_of_strata(k, strata)) for k, p in zip(strata, proxy, strict=True))
     return Plan("stratified-" + "x".join(map(str, proxy)), axes, nodes, resolution, math.prod(proxy), proxy)
 
 

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from . import debias as _debias
 from ._checks import one_of, thread_count
+from .boundary_control import boundary_control
 from .cells import cells
 from .leave_one_out import weigh_strata
 from .samplers import SampleSet, as_sample_set, stratum_index
@@ -39,8 +40,9 @@ def weights(
         ``"none"``: the measures of the Voronoi cells; consistent, but biased near the border.
         ``"bias-function"``: the measures over the bias function G; unbiased, Σ w ≠ 1.
         ``"exchange"``: unbiased with Σ w = 1 and no loss of rate.
-        ``"leave-one-out"``: unbiased with Σ w = 1; each sample corrects a polynomial fitted to the
-        others around it.
+        ``"leave-one-out"``: unbiased with Σ w = 1. Order 0: the measures less what they owe to the
+        border, as the values nearest among the other samples tell; weights may be negative. Higher
+        orders: each sample corrects a polynomial fitted to the others around it.
         ``"auto"``: an exactly unbiased choice for the design.
     design : str, optional
         How bare points were drawn: a sampler's name. Rules other than ``"none"`` must know.
@@ -71,6 +73,7 @@ def weights(
     ``none``            0        1 to 3 any                            no        yes
     ``bias-function``   0        1 to 3 uniform, stratified            yes       no
     ``exchange``        0        1      uniform, stratified            yes       yes
+    ``leave-one-out``   0        1 to 3 uniform, stratified            yes       yes
     ``leave-one-out``   1 to 8   1 to 3 stratified                     yes       yes
     ``leave-one-out``   1 to 3   4 to 8 stratified                     yes       yes
     ==================  =======  =====  =============================  ========  ======
@@ -139,6 +142,10 @@ def _over_bias_function(samples: SampleSet, order: int, threads: int) -> NDArray
     return _debias.by_bias_function(samples.points, _voronoi(samples, order, threads), samples.strata)
 
 
+def _boundary_control(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
+    return boundary_control(samples.points, _voronoi(samples, order, threads), samples.strata, threads)
+
+
 def _exchange_uniform(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
     return _debias.exchange_uniform(samples.points)
 
@@ -166,6 +173,7 @@ def _span(numbers: range) -> str:
 RULES = (
     Rule("exchange", range(1), range(1, 2), ("uniform",), _exchange_uniform),
     Rule("exchange", range(1), range(1, 2), ("stratified",), _exchange_stratified),
+    Rule("leave-one-out", range(1), range(1, 4), ("uniform", "stratified"), _boundary_control),
     Rule("leave-one-out", range(1, 9), range(1, 4), ("stratified",), weigh_strata),
     Rule("leave-one-out", range(1, 4), range(4, 9), ("stratified",), weigh_strata),
     Rule("bias-function", range(1), range(1, 4), ("uniform", "stratified"), _over_bias_function),

@@ -1,0 +1,233 @@
+// voroquad/boundary_control.hpp: Voronoi weights without bias and with sum 1.
+//
+// The bias of Σ |V_i| f_i is ∫ (G − 1) f. Each sample estimates the part of it that it owns, with
+// the nearest sample's value among the *others*, f^(−i), as control variate, and
+//
+//     Σ_i |V_i| f_i − Σ_i [ (G(x_i) − 1) (f_i − f^(−i)(x_i)) / N + ∫ (G − 1) f^(−i) ]
+//
+// is free of bias, since f^(−i) does not depend on x_i. The integral goes over the stratum of
+// sample i or, N independent samples, over the box with the factor 1/N.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <vector>
+
+#include "grid.hpp"
+#include "parallel.hpp"
+#include "points.hpp"
+
+namespace voroquad {
+
+// The points of the buckets whose largest coordinate distance from `home` is `ring`.
+template <int D, class Visit>
+void visit_ring(const BucketGrid<D> &grid, const typename BucketGrid<D>::Bucket &home,
+                std::int64_t ring, Visit &&visit) {
+    const std::int64_t last = grid.resolution() - 1;
+    typename BucketGrid<D>::Bucket from, to;
+    const auto run = [&](std::int64_t begin, std::int64_t end) {
+        if (begin > last || end < 0) return;
+        from[D - 1] = std::max<std::int64_t>(begin, 0);
+        to[D - 1] = std::min(end, last);
+        for (const auto &entry : grid.row(from, to)) visit(entry);
+    };
+    const auto rows = [&](auto &&self, int axis, bool on_ring) -> void {
+        if (axis == D - 1) {
+            const std::int64_t c = home[axis];
+            if (on_ring || ring == 0) return run(c - ring, c + ring);
+            run(c - ring, c - ring);
+            return run(c + ring, c + ring);
+        }
+        for (std::int64_t offset = -ring; offset <= ring; ++offset) {
+            from[axis] = to[axis] = home[axis] + offset;
+            if (from[axis] >= 0 && from[axis] <= last)
+                self(self, axis + 1, on_ring || offset == ring || offset == -ring);
+        }
+    };
+    rows(rows, 0, false);
+}
+
+// The nearest sample and the next, of those in a grid; `none` where there are too few.
+struct NearestTwo {
+    static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
+    std::size_t first = none, second = none;
+
+    std::size_t except(std::size_t i) const { return first == i ? second : first; }
+};
+
+template <int D>
+NearestTwo nearest_two(const BucketGrid<D> &grid, const Point<D> &y) {
+    NearestTwo nearest;
+    double first2 = std::numeric_limits<double>::infinity(), second2 = first2;
+    const auto visit = [&](const typename BucketGrid<D>::Entry &entry) {
+        double distance2 = 0.0;
+        for (int a = 0; a < D; ++a) distance2 += (entry.point[a] - y[a]) * (entry.point[a] - y[a]);
+        if (distance2 < first2) {
+            nearest.second = nearest.first, second2 = first2;
+            nearest.first = entry.index, first2 = distance2;
+        } else if (distance2 < second2) {
+            nearest.second = entry.index, second2 = distance2;
+        }
+    };
+
+    // Ring after ring of buckets, until the second is nearer than all that are not yet seen
+    const auto home = grid.bucket_of(y);
+    const std::int64_t k = grid.resolution();
+    for (std::int64_t ring = 0; ring < k; ++ring) {
+        visit_ring(grid, home, ring, visit);
+        double reach = std::numeric_limits<double>::infinity();
+        for (int a = 0; a < D; ++a) {
+            if (home[a] - ring > 0)
+                reach =
+                    std::min(reach, y[a] - static_cast<double>(home[a] - ring) * grid.spacing());
+            if (home[a] + ring + 1 < k)
+                reach = std::min(reach,
+                                 static_cast<double>(home[a] + ring + 1) * grid.spacing() - y[a]);
+        }
+        if (second2 <= reach * reach) break;
+    }
+    return nearest;
+}
+
+// A quadrature of G − 1 over the box: the product of one rule per axis. Nodes at which G is the
+// same by symmetry, or by distance from the border, are of one class.
+template <int D>
+struct BiasLattice {
+    std::array<std::vector<double>, D> position, weight;
+    std::array<std::vector<std::size_t>, D> node_class;
+    std::array<std::size_t, D> classes;
+    std::vector<double> excess;          // G − 1 by the class on each axis, C order
+    std::array<std::size_t, D> strata{}; // of the samples; 0: N independent samples
+
+    bool stratified() const { return strata[0] > 0; }
+    std::size_t size() const {
+        std::size_t nodes = 1;
+        for (const auto &axis : position) nodes *= axis.size();
+        return nodes;
+    }
+
+    struct Node {
+        Point<D> y;
+        double value; // its weight times G − 1
+        std::size_t stratum = 0;
+    };
+
+    Node operator[](std::size_t q) const {
+        Node node;
+        std::array<std::size_t, D> i;
+        for (int a = D - 1; a >= 0; --a) {
+            i[a] = q % position[a].size();
+            q /= position[a].size();
+        }
+        std::size_t index = 0;
+        double w = 1.0;
+        for (int a = 0; a < D; ++a) {
+            node.y[a] = position[a][i[a]];
+            w *= weight[a][i[a]];
+            index = index * classes[a] + node_class[a][i[a]];
+        }
+        node.value = w * excess[index];
+        if (stratified()) node.stratum = stratum_of(node.y);
+        return node;
+    }
+
+    std::size_t stratum_of(const Point<D> &y) const {
+        std::size_t index = 0;
+        for (int a = 0; a < D; ++a) {
+            const auto j = static_cast<std::size_t>(y[a] * static_cast<double>(strata[a]));
+            index = index * strata[a] + std::min(j, strata[a] - 1);
+        }
+        return index;
+    }
+};
+
+// Turns the cell measures of one set into weights.
+template <int D>
+class BoundaryControl {
+public:
+    // excess[i] = G(x_i) − 1; weights[i] = |V_i| on entry.
+    void apply(const double *points, const double *excess, std::size_t n,
+               const BiasLattice<D> &lattice, double *weights, unsigned threads) {
+        if (n < 2) return;
+        grid_.build(points, n);
+        at_samples(points, excess, n, weights, threads);
+        if (lattice.stratified()) find_owners(points, n, lattice);
+        over_box(n, lattice, weights, threads);
+    }
+
+private:
+    // (G(x_i) − 1) (f_i − f_nn(i)) / N
+    void at_samples(const double *points, const double *excess, std::size_t n, double *weights,
+                    unsigned threads) {
+        nearest_.resize(n);
+        parallel_for(n, 1024, threads, [&](std::size_t begin, std::size_t end, unsigned) {
+            for (std::size_t i = begin; i < end; ++i)
+                nearest_[i] = nearest_two<D>(grid_, PointView<D>(points, n)[i]);
+        });
+        for (std::size_t i = 0; i < n; ++i) {
+            const double share = excess[i] / static_cast<double>(n);
+            weights[i] -= share;
+            weights[nearest_[i].except(i)] += share;
+        }
+    }
+
+    void find_owners(const double *points, std::size_t n, const BiasLattice<D> &lattice) {
+        owner_.resize(n);
+        for (std::size_t i = 0; i < n; ++i)
+            owner_[lattice.stratum_of(PointView<D>(points, n)[i])] = i;
+    }
+
+    // ∫ (G − 1) f^(−i): over the stratum of i, or the mean over all i, of which one has its
+    // nearest sample left out. Look-ups are shared among threads, sums are made in order.
+    void over_box(std::size_t n, const BiasLattice<D> &lattice, double *weights, unsigned threads) {
+        constexpr std::size_t slab = 1 << 15;
+        const double share = 1.0 / static_cast<double>(n);
+        for (std::size_t begin = 0; begin < lattice.size(); begin += slab) {
+            const std::size_t count = std::min(slab, lattice.size() - begin);
+            nearest_.resize(count);
+            nodes_.resize(count);
+            parallel_for(count, 1024, threads, [&](std::size_t from, std::size_t to, unsigned) {
+                for (std::size_t q = from; q < to; ++q) {
+                    nodes_[q] = lattice[begin + q];
+                    if (nodes_[q].value != 0.0) nearest_[q] = nearest_two<D>(grid_, nodes_[q].y);
+                }
+            });
+            for (std::size_t q = 0; q < count; ++q) {
+                const auto &[y, value, stratum] = nodes_[q];
+                if (value == 0.0) continue;
+                if (lattice.stratified()) {
+                    weights[nearest_[q].except(owner_[stratum])] -= value;
+                } else {
+                    weights[nearest_[q].first] -= (1.0 - share) * value;
+                    weights[nearest_[q].second] -= share * value;
+                }
+            }
+        }
+    }
+
+    BucketGrid<D> grid_;
+    std::vector<NearestTwo> nearest_;
+    std::vector<typename BiasLattice<D>::Node> nodes_;
+    std::vector<std::size_t> owner_;
+};
+
+// Weights of `sets` sets of n points, in parallel over sets where there are enough of them and
+// over look-ups elsewhere; the same to the last bit for any number of threads.
+template <int D>
+void boundary_control_of_sets(const double *points, const double *excess, std::size_t sets,
+                              std::size_t n, const BiasLattice<D> &lattice, double *weights,
+                              unsigned threads) {
+    const bool over_sets = sets >= 2 * std::size_t{threads};
+    const unsigned workers = over_sets ? threads : 1, inner = over_sets ? 1 : threads;
+    std::vector<BoundaryControl<D>> control(std::max(1u, workers));
+    parallel_for(sets, 1, workers, [&](std::size_t begin, std::size_t end, unsigned worker) {
+        for (std::size_t s = begin; s < end; ++s)
+            control[worker].apply(points + s * n * D, excess + s * n, n, lattice, weights + s * n,
+                                  inner);
+    });
+}
+
+} // namespace voroquad
