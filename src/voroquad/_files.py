@@ -34,8 +34,11 @@ def atomic_directory(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield an empty temporary directory beside `path`; on success its entries replace those of `path`.
 
     Entries of `path` that the block did not make stay. On an exception `path` is as it was.
+    ValueError if `path` is a file.
     """
     path = Path(path)
+    if path.exists() and not path.is_dir():
+        raise ValueError(f"{path} is a file; name a folder")
     path.parent.mkdir(parents=True, exist_ok=True)
     temporary = Path(tempfile.mkdtemp(prefix=f".{path.name}-", dir=path.parent))
     try:

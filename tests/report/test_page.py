@@ -15,7 +15,7 @@ PNG = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
 )
 SVG = '<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 2 1"><rect width="2" height="1"/></svg>'
-CSV = "method,mse\nuniform,1e-2\nSobol',3e-10\nstratified,2e-3\n"
+CSV = "method,mse\nuniform,1e-2\nSobol',3e-10\nHalton,0.0001234567890\nstratified,2e-3\n"
 
 
 @pytest.fixture
@@ -85,7 +85,16 @@ def test_everything_is_inside_the_page(folder, tmp_path):
 
 def test_text_is_text(folder, tmp_path):
     page = Page(write_report([folder], tmp_path / "index.html"))
-    for text in ("A <run> & more", "voroquad study -o out", "Text with <b>", "Caption", "Errors.", "Images.", "3e-10"):
+    for text in (
+        "A <run> & more",
+        "voroquad study -o out",
+        "Text with <b>",
+        "Caption",
+        "Errors.",
+        "Images.",
+        "3e-10",
+        "0.00012346",
+    ):
         assert text in page.text
     assert page.all("b") == []
 
@@ -164,5 +173,5 @@ def test_tables_sort_in_a_browser(folder, tmp_path):
         capture_output=True, text=True, timeout=60, check=True,
     )  # fmt: skip
     table = done.stdout[done.stdout.rindex("<table>") :]
-    assert re.findall(r"<td>(\S+)</td>", table) == ["Sobol'", "stratified", "uniform"]
+    assert re.findall(r"<td>(\S+)</td>", table) == ["Sobol'", "Halton", "stratified", "uniform"]
     assert 'aria-sort="ascending"' in table

@@ -48,6 +48,16 @@ def test_study_from_the_command_line(quick, monkeypatch, tmp_path, capsys):
     assert listed | {"results.json"} == {p.name for p in out.iterdir()}
 
 
+def test_a_file_in_the_way_is_told_before_the_work(monkeypatch, tmp_path, capsys):
+    (tmp_path / "out").write_text("mine")
+    monkeypatch.setitem(run._TALK, "bins", ("Bins", lambda rng: pytest.fail("work has started")))
+    with pytest.raises(SystemExit) as stop:
+        call(monkeypatch, "study", "-o", tmp_path / "out")
+    assert stop.value.code == 2
+    assert "out is a file; name a folder" in capsys.readouterr().err
+    assert (tmp_path / "out").read_text() == "mine"
+
+
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [

@@ -115,7 +115,7 @@ class Part:
             header, *rows = list(csv.reader(file)) or [[]]
         if any(len(row) != len(header) for row in rows):
             raise ValueError(f"{self._path(name)} has rows longer or shorter than its first line; make it again")
-        return Grid(name, caption, header, rows, self.data(name))
+        return Grid(name, caption, header, [[_shortened(cell) for cell in row] for row in rows], self.data(name))
 
     def _path(self, name: str) -> Path:
         path = self.folder / name
@@ -126,6 +126,11 @@ class Part:
 
 def _part(folder: Path, number: int) -> Part:
     return Part(folder, Results.read(folder), f"part{number}")
+
+
+def _shortened(cell: str) -> str:
+    """A number of many digits to five of them, to be read; the CSV file has them all."""
+    return f"{float(cell):.5g}" if len(cell) > 9 and _is_number(cell) else cell
 
 
 def _is_number(text: str) -> bool:

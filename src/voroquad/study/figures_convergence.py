@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from typing import Any
 
@@ -63,8 +64,7 @@ def draw_convergence(f: Integrand, measurements: Sequence[Measurement]) -> Drawi
         rows,
         f"{f.title}: {f.formula}. MSE over {counts[0]} independent sample sets at N = {sizes[0]} "
         f"down to {counts[-1]} at N = {sizes[-1]}; the number beside each name is the slope of its line, by least "
-        f"squares on log MSE against log N from N = {first.n_from} to {first.n_to}. "
-        "Î_C: the talk's consistent estimator; Î_GR: the talk's unbiased one.",
+        f"squares on log MSE against log N from N = {first.n_from} to {first.n_to}. " + _talk_names(methods),
         f"Log–log plot of mean squared error against the number of samples for {len(methods)} methods on the "
         f"{f.title.lower()} integrand; at N = {sizes[-1]} the lowest is {best.name}.",
     )
@@ -72,9 +72,10 @@ def draw_convergence(f: Integrand, measurements: Sequence[Measurement]) -> Drawi
 
 def slope_rows(measurements: Sequence[Measurement]) -> list[dict[str, object]]:
     """The fitted slopes, one row per integrand and method."""
-    keys = dict.fromkeys((m.integrand, m.method) for m in measurements)
     rows = []
-    for integrand, method in keys:
+    integrands = dict.fromkeys(m.integrand for m in measurements)
+    methods = dict.fromkeys(m.method for m in measurements)
+    for integrand, method in itertools.product(integrands, methods):
         line = [m for m in measurements if (m.integrand, m.method) == (integrand, method)]
         slope = fit_slope(line)
         last = max(line, key=lambda m: m.n)
@@ -128,6 +129,13 @@ def _draw_key(ax: Axes, methods: Sequence[Method]) -> None:
         if debias in used
     ]
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(-0.2, -0.32), frameon=False, fontsize=8.5)
+
+
+def _talk_names(methods: Sequence[Method]) -> str:
+    text = "Î_C: the talk's consistent estimator, Voronoi weights."
+    if any(m.debias == "bias-function" for m in methods):
+        text += " Î_GR: its unbiased one, Voronoi weights over g."
+    return text
 
 
 def _label(method: Method, slope: Slope) -> str:
