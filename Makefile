@@ -9,7 +9,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 CORE := $(wildcard include/voroquad/*.hpp) $(wildcard src/bindings/*) CMakeLists.txt
 
-.PHONY: install llvm demo test test-all lint format clean
+.PHONY: install llvm demo test test-all lint format figures clean
 
 install: $(VENV)/.installed
 
@@ -47,6 +47,12 @@ format: install
 	$(BIN)/ruff format -q .
 	$(BIN)/ruff check -q --fix .
 	$(BIN)/clang-format -i include/voroquad/*.hpp src/bindings/*
+
+# The pictures and numbers of README and docs, measured anew
+figures: install llvm
+	$(BIN)/voroquad study -o build/figures/study
+	$(BIN)/voroquad compare depth-of-field -o build/figures/compare
+	$(BIN)/python scripts/publish_figures.py build/figures
 
 clean:
 	rm -rf build out $(VENV)
