@@ -13,7 +13,7 @@ image has comes from the lens and the pixel.
 from __future__ import annotations
 
 import sys
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from xml.etree import ElementTree as xml
 
@@ -79,8 +79,11 @@ def vertex_normals(vertices: Array, faces: NDArray[np.int64]) -> Array:
     return normals / np.maximum(np.linalg.norm(normals, axis=1, keepdims=True), 1e-12)
 
 
-def knot(around: int = 260, across: int = 22, tube: float = 0.21) -> tuple[Array, NDArray[np.int64]]:
-    """A trefoil knot: a tube around the curve that winds twice and thrice around a torus."""
+KNOT_ACROSS = 24
+
+
+def knot(around: int = 260, tube: float = 0.21, twist: int = 5) -> tuple[Array, NDArray[np.int64]]:
+    """A trefoil knot: a tube, twisted, around the curve that winds twice and thrice around a torus."""
     t = np.linspace(0, 2 * np.pi, around, endpoint=False)
     radius = 0.62 + 0.30 * np.cos(3 * t)
     curve = np.stack([radius * np.cos(2 * t), radius * np.sin(2 * t), 0.34 * np.sin(3 * t)], -1)
@@ -91,9 +94,27 @@ def knot(around: int = 260, across: int = 22, tube: float = 0.21) -> tuple[Array
     outward -= (outward * tangent).sum(1, keepdims=True) * tangent
     outward /= np.linalg.norm(outward, axis=1, keepdims=True)
     side = np.cross(tangent, outward)
-    s = np.linspace(0, 2 * np.pi, across, endpoint=False)[:, None]
-    ring = np.cos(s)[None] * outward[:, None] + np.sin(s)[None] * side[:, None]
-    return (curve[:, None] + tube * ring).reshape(-1, 3), grid_faces(around, across)[:, ::-1]
+    s = twist * t[:, None, None] + np.linspace(0, 2 * np.pi, KNOT_ACROSS, endpoint=False)[:, None]
+    ring = np.cos(s) * outward[:, None] + np.sin(s) * side[:, None]
+    return (curve[:, None] + tube * ring).reshape(-1, 3), grid_faces(around, KNOT_ACROSS)[:, ::-1]
+
+
+def striped(tube: Mesh, colour: tuple[float, float, float], every: int = 6) -> tuple[Mesh, Mesh]:
+    """Split a tube's faces along its length into the body and stripes of one face's width."""
+    across = np.arange(len(tube.faces)) // 2 % KNOT_ACROSS
+    stripe = across % every == 0
+    return (
+        used_only(replace(tube, faces=tube.faces[~stripe])),
+        used_only(replace(tube, name=tube.name + "-stripes", faces=tube.faces[stripe], colour=np.array(colour))),
+    )
+
+
+def used_only(mesh: Mesh) -> Mesh:
+    """Drop the vertices that no face uses."""
+    used, faces = np.unique(mesh.faces, return_inverse=True)
+    return replace(
+        mesh, vertices=mesh.vertices[used], normals=mesh.normals[used], faces=faces.reshape(mesh.faces.shape)
+    )
 
 
 def superquadric(power: float, rows: int = 40, columns: int = 64) -> tuple[Array, NDArray[np.int64]]:
@@ -303,7 +324,7 @@ def scene_xml(meshes: list[Mesh], balls: list[Ball], ball_fill: list[Array]) -> 
     sensor = add(root, "sensor", type="thinlens")
     add(sensor, "float", name="fov", value=36)
     add(sensor, "string", name="fov_axis", value="x")
-    add(sensor, "float", name="aperture_radius", value=0.17)
+    add(sensor, "float", name="aperture_radius", value=0.12)
     add(sensor, "float", name="focus_distance", value=(FOCUS - EYE) @ (TARGET - EYE) / np.linalg.norm(TARGET - EYE))
     to_world = add(sensor, "transform", name="to_world")
     add(to_world, "lookat", origin=EYE, target=TARGET, up=[0, 1, 0])
@@ -334,7 +355,8 @@ def scene_xml(meshes: list[Mesh], balls: list[Ball], ball_fill: list[Array]) -> 
 def write(folder: Path) -> Path:
     """Make the scene in `folder`; returns the path of its XML file."""
     solids = [
-        body("knot", knot(), (0.75, 0.09, 0.05), at=(0.15, 0, 0), turn=rotation(np.array([0, 1, 0]), 20)),
+        *striped(body("knot", knot(), (0.75, 0.09, 0.05), at=(0.15, 0, 0), turn=rotation(np.array([0, 1, 0]), 20)),
+                 (0.85, 0.78, 0.62)),
         body("box", superquadric(4.5), (0.10, 0.32, 0.55), at=(1.75, 0, 2.15), scale=0.42,
              turn=rotation(np.array([0, 1, 0]), 30)),
         body("star", superquadric(0.75), (0.9, 0.55, 0.08), at=(2.35, 0, -2.6), scale=0.95,

@@ -53,7 +53,7 @@ def mse_figure(
         axes = figure.add_subplot()
         for (label, (spp, mse, slope)), colour in zip(curves.items(), colours, strict=True):
             bold = 2.4 if label.endswith("+ w") else 1.4
-            name = label if slope is None else f"{label}  ({slope:+.2f})".replace("-", "−")
+            name = label if slope is None else f"{label}  (" + f"{slope:.2f})".replace("-", "−")
             axes.loglog(spp, mse, styles.get(label, "-"), marker="o", ms=4, lw=bold, color=colour, label=name)
         axes.axhline(reference_mse, color="#bbbbbb", lw=0.8)
         axes.annotate("error of the reference", (axes.get_xlim()[0], reference_mse), xytext=(6, 3),

@@ -6,7 +6,7 @@ import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, TypeVar
 
 import drjit as dr
 import mitsuba as mi
@@ -14,8 +14,9 @@ import numpy as np
 from mitsuba.python.ad.integrators.common import ADIntegrator, RBIntegrator
 
 from .._checks import one_of, positive_int
-from ..samplers import DESIGNS
+from ..samplers import DESIGNS, sample
 from ..tables import SampleTable
+from ..weights import find_rule
 
 
 @dataclass
@@ -57,7 +58,7 @@ class Plain(ADIntegrator):
         # Not ADIntegrator's own: it would accept max_depth and rr_depth, which belong to the nested one
         super(ADIntegrator, self).__init__(props)
         self.nested, self._sampler = _nested_objects(props)
-        self.jitter = bool(props.get("jitter", True))
+        self.jitter = _property(props, "jitter", True)
         self._seed = mi.UInt32(0)
         self._has_rays = False
 
@@ -117,15 +118,15 @@ class Plain(ADIntegrator):
         corner = mi.Point2i(mi.Int32(column), mi.Int32(row)) + mi.ScalarPoint2i(film.crop_offset()) - border
 
         # Map the sample to the sensor, whose film coordinates span the crop window
-        sample = self.camera_sample(sensor, sampler, index)
-        position = mi.Point2f(corner) + sample.pixel
+        drawn = self.camera_sample(sensor, sampler, index)
+        position = mi.Point2f(corner) + drawn.pixel
         on_film = (position - mi.ScalarVector2f(film.crop_offset())) / mi.ScalarVector2f(film.crop_size())
         with dr.resume_grad():
             ray, weight = sensor.sample_ray_differential(
-                time=sensor.shutter_open() + sample.time * sensor.shutter_open_time(),
-                sample1=sample.wavelength,
+                time=sensor.shutter_open() + drawn.time * sensor.shutter_open_time(),
+                sample1=drawn.wavelength,
                 sample2=on_film,
-                sample3=sample.lens,
+                sample3=drawn.lens,
             )
 
         # spp rays share a pixel: texture filters should look at 1/spp of its area, as in Mitsuba's C++ integrators
@@ -257,22 +258,22 @@ class Reweighted(Plain):
     def __init__(self, props: mi.Properties) -> None:
         super().__init__(props)
         props.mark_queried("domain")
-        self.weighted = bool(props.get("weighted", True))
+        self.weighted = _property(props, "weighted", True)
         self._file = _table_file(props, self.dimension)
         if self._file is None:
-            self.samples = int(props.get("samples", 0))
+            self.samples = _property(props, "samples", 0)
             if self.samples < 0:
                 raise ValueError(f"samples must be 0 (all of a pixel) or more, got {self.samples}")
             self._recipe: dict[str, Any] = {
-                "design": one_of("sampler", props.get("sampler", "stratified"), DESIGNS),
+                "design": one_of("sampler", _property(props, "sampler", "stratified"), DESIGNS),
                 "d": self.dimension,
-                "sets": positive_int("sets", props.get("sets", 1024)),
-                "order": int(props.get("order", 0)),
-                "debias": str(props.get("debias", "none")),
-                "rng": int(props.get("table_seed", 0)),
+                "sets": positive_int("sets", _property(props, "sets", 1024)),
+                "order": _property(props, "order", 0),
+                "debias": _property(props, "debias", "none"),
+                "rng": _property(props, "table_seed", 0),
             }
-            # A set of four tells whether the rule exists before anything is rendered
-            SampleTable.make(**{**self._recipe, "n": 4, "sets": 1})
+            # Whether the rule exists does not depend on n: say so before anything is rendered
+            find_rule(sample(self._recipe["design"], 4, self.dimension), self._recipe["order"], self._recipe["debias"])
         else:
             self.samples, self._recipe = self._file.n, {}
         self._n = 0  # samples of a set of the table at hand
@@ -307,10 +308,10 @@ class Reweighted(Plain):
 
     def camera_sample(self, sensor: mi.Sensor, sampler: mi.Sampler, index: mi.UInt32) -> CameraSample:
         """Draw the camera sample and replace its coordinates of the domain."""
-        sample = super().camera_sample(sensor, sampler, index)
+        drawn = super().camera_sample(sensor, sampler, index)
         row = self.row(index) * self.dimension
-        self.place(sample, [dr.gather(mi.Float, self._points, row + axis) for axis in range(self.dimension)])
-        return sample
+        self.place(drawn, [dr.gather(mi.Float, self._points, row + axis) for axis in range(self.dimension)])
+        return drawn
 
     def ray_weight(self, index: mi.UInt32) -> mi.Float | None:
         """N·w from the table."""
@@ -322,7 +323,7 @@ class Reweighted(Plain):
         """Raise ValueError if the sensor does not have the domain."""
         raise NotImplementedError
 
-    def place(self, sample: CameraSample, u: list[mi.Float]) -> None:
+    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
         """Put the table's coordinates u into the camera sample."""
         raise NotImplementedError
 
@@ -342,8 +343,8 @@ class ReweightedLens(Reweighted):
                 "use a 'thinlens' sensor with aperture_radius > 0"
             )
 
-    def place(self, sample: CameraSample, u: list[mi.Float]) -> None:
-        sample.lens = mi.Point2f(u)
+    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
+        drawn.lens = mi.Point2f(u)
 
 
 DOMAINS = {"lens": ReweightedLens}
@@ -359,6 +360,18 @@ def make_reweighted(props: mi.Properties) -> Reweighted:
 
 def _plugin_name(integrator: Plain) -> str:
     return "reweighted" if isinstance(integrator, Reweighted) else "plain"
+
+
+_KINDS = {bool: "true or false", int: "a whole number", str: "a name"}
+Value = TypeVar("Value", bool, int, str)
+
+
+def _property(props: mi.Properties, name: str, default: Value) -> Value:
+    """A property, of the type of its default."""
+    value = props.get(name, default)
+    if type(value) is not type(default):
+        raise ValueError(f"{name} must be {_KINDS[type(default)]}, got {value!r}")
+    return value
 
 
 def _nested_objects(props: mi.Properties) -> tuple[mi.Integrator, mi.Sampler | None]:

@@ -1,0 +1,358 @@
+"""The plug-ins: same expectation as the nested integrator, weights where they belong, clear refusals."""
+
+from __future__ import annotations
+
+import drjit as dr
+import numpy as np
+import pytest
+
+import mitsuba as mi
+import voroquad as vq
+from voroquad.mitsuba.render import one_line_errors
+
+DESIGNS = ("uniform", "stratified", "sobol", "halton", "zero-two")
+
+
+def scene_dict(rfilter="box", sensor="thinlens", width=16, height=12):
+    """A sphere and a bar before a plane, blurred; one sun."""
+    look = mi.ScalarTransform4f().look_at([0, 1.5, 5], [0, 0, 0], [0, 1, 0])
+    lens = {"aperture_radius": 0.4, "focus_distance": 4.0} if sensor == "thinlens" else {}
+    film = {"type": "hdrfilm", "width": width, "height": height, "rfilter": {"type": rfilter}, "pixel_format": "rgb"}
+    flat = mi.ScalarTransform4f().translate([0, -1, 0]).rotate([1, 0, 0], -90).scale(6)
+    grey = {"type": "diffuse", "reflectance": {"type": "rgb", "value": [0.2, 0.5, 0.8]}}
+    return {
+        "type": "scene",
+        "sensor": {"type": sensor, "fov": 45, "to_world": look, "film": film, **lens},
+        "floor": {"type": "rectangle", "to_world": flat, "bsdf": grey},
+        "ball": {"type": "sphere", "radius": 0.8, "bsdf": {"type": "diffuse"}},
+        "bar": {"type": "cube", "to_world": mi.ScalarTransform4f().translate([0.5, 0.6, 2.5]).scale([0.1, 1, 0.1])},
+        "sun": {"type": "directional", "direction": [-1, -2, -1], "irradiance": {"type": "rgb", "value": 2.0}},
+    }
+
+
+def plugin(kind="reweighted", nested=None, **properties):
+    """A plug-in around a nested integrator."""
+    return mi.load_dict({"type": kind, "nested": nested or {"type": "direct"}, **properties})
+
+
+def image(scene, integrator, spp, seed=0):
+    """An image as a float64 array."""
+    return np.array(mi.render(scene, integrator=integrator, spp=spp, seed=seed), dtype=np.float64)
+
+
+@pytest.fixture
+def scene():
+    return mi.load_dict(scene_dict())
+
+
+# ---------------------------------------------------------------------- plain
+
+
+@pytest.mark.parametrize("rfilter", ["box", "gaussian"])
+def test_plain_is_the_nested_integrator(rfilter):
+    scene = mi.load_dict(scene_dict(rfilter))
+    nested = image(scene, mi.load_dict({"type": "direct"}), 16, seed=3)
+    np.testing.assert_allclose(image(scene, plugin("plain"), 16, seed=3), nested, rtol=1e-4, atol=1e-5)
+
+
+def test_plain_respects_the_crop_window():
+    description = scene_dict()
+    description["sensor"]["film"] |= {
+        "crop_offset_x": 3, "crop_offset_y": 2, "crop_width": 7, "crop_height": 5,
+    }  # fmt: skip
+    scene = mi.load_dict(description)
+    nested = image(scene, mi.load_dict({"type": "direct"}), 16, seed=3)
+    assert nested.shape == (5, 7, 3)
+    np.testing.assert_allclose(image(scene, plugin("plain"), 16, seed=3), nested, rtol=1e-4, atol=1e-5)
+
+
+def test_without_jitter_and_lens_an_image_has_no_noise():
+    scene = mi.load_dict(scene_dict(sensor="perspective"))
+    centre = [image(scene, plugin("plain", jitter=False), 4, seed=k) for k in range(2)]
+    np.testing.assert_allclose(centre[0], centre[1], atol=1e-6)
+    jittered = [image(scene, plugin("plain"), 4, seed=k) for k in range(2)]
+    assert np.abs(jittered[0] - jittered[1]).max() > 0.01
+
+
+def test_a_nested_sampler_takes_the_place_of_the_scenes(scene):
+    own = image(scene, plugin("plain"), 64, seed=1)
+    other = image(scene, plugin("plain", scene_sampler={"type": "multijitter"}), 64, seed=1)
+    assert np.abs(own - other).max() > 1e-3
+
+
+def test_ray_differentials_shrink_with_the_samples(scene):
+    sensor, integrator = scene.sensors()[0], plugin("plain", jitter=False)
+    spread = []
+    for spp in (4, 64):
+        sampler, _ = integrator.prepare(sensor, 0, spp)
+        ray, _, _ = integrator.sample_rays(scene, sensor, sampler)
+        spread.append(np.abs(np.array(ray.d_x - ray.d)).mean())
+    assert spread[0] / spread[1] == pytest.approx(4, rel=0.01)
+
+
+# ---------------------------------------------------------------------- expectation
+
+
+def pixel_z(images, truth, truth_variance):
+    """z-scores per pixel and channel of the mean of independent images; pixels without noise left out."""
+    images = np.stack(images)
+    mean, variance = images.mean(0), images.var(0, ddof=1) / len(images)
+    noisy = variance > 1e-9
+    return ((mean - truth) / np.sqrt(variance + truth_variance + 1e-12))[noisy]
+
+
+def check_z(z):
+    """Σ z² of m pixels (t-distributed, ~40 degrees of freedom): mean m, sd √(2m)·1.1, colours correlated (×√3)."""
+    excess = (np.mean(z**2) * 38 / 40 - 1) * np.sqrt(len(z) / 2) / (1.1 * np.sqrt(3))
+    return abs(excess), np.abs(z).max()
+
+
+def truth_of(scene, jitter=True):
+    """Mean and its variance from many samples of the nested integrator."""
+    images = np.stack([image(scene, plugin("plain", jitter=jitter), 1024, seed=10_000 + k) for k in range(8)])
+    return images.mean(0), images.var(0, ddof=1) / len(images)
+
+
+def replicates(scene, count=40, spp=16, **properties):
+    return [image(scene, plugin(table_seed=k, sets=128, **properties), spp, seed=k) for k in range(count)]
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("design", DESIGNS)
+def test_equal_weights_have_the_mean_of_the_nested_integrator(scene, design):
+    z = pixel_z(replicates(scene, sampler=design, weighted=False), *truth_of(scene))
+    excess, largest = check_z(z)
+    assert excess < 5
+    assert largest < 7
+
+
+@pytest.fixture
+def tilted_table(tmp_path):
+    """Points of density ½ + u_1 with the weights 1/(N p): right if and only if each ray gets its own weight."""
+
+    def save(seed):
+        v = np.random.default_rng(seed).random((64, 16, 2))
+        points = v.copy()
+        points[..., 0] = np.sqrt(0.25 + 2 * v[..., 0]) - 0.5
+        table = vq.SampleTable(points, 1 / (16 * (0.5 + points[..., 0])), "tilted")
+        table.save(tmp_path / f"{seed}.npz")
+        return str(tmp_path / f"{seed}.npz")
+
+    return save
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("rfilter", ["box", "gaussian"])
+def test_weights_correct_a_tilted_density(tilted_table, rfilter):
+    scene = mi.load_dict(scene_dict(rfilter))
+    truth = truth_of(scene)
+
+    def z_of(weighted):
+        tables = [tilted_table(k) for k in range(40)]
+        images = [image(scene, plugin(table=t, weighted=weighted), 16, seed=k) for k, t in enumerate(tables)]
+        return check_z(pixel_z(images, *truth))
+
+    excess, largest = z_of(weighted=True)
+    assert excess < 5
+    assert largest < 7
+    # Negative control: the same samples with equal weights are biased, and this test sees it
+    excess, largest = z_of(weighted=False)
+    assert excess > 10
+
+
+@pytest.mark.statistical
+def test_uniform_sets_without_weights_are_the_scenes_samples_in_distribution(scene):
+    """Same mean (above) and same variance as the plain integrator."""
+    sets = np.stack(replicates(scene, count=60, sampler="uniform", weighted=False)).var(0, ddof=1)
+    plain = np.stack([image(scene, plugin("plain"), 16, seed=500 + k) for k in range(60)]).var(0, ddof=1)
+    noisy = (plain > 1e-6) & (sets > 0)
+    # The log of a ratio of variances, 59 degrees of freedom each: sd .26 per pixel, about 100 independent pixels
+    assert abs(np.log(sets[noisy] / plain[noisy]).mean()) < 0.2
+
+
+def test_weights_sum_to_one_in_every_pixel():
+    """What is constant over the lens stays constant, whatever the weights."""
+    description = {k: v for k, v in scene_dict().items() if k in ("type", "sensor")}
+    scene = mi.load_dict({**description, "sky": {"type": "constant", "radiance": {"type": "rgb", "value": 0.7}}})
+    for design in DESIGNS:
+        np.testing.assert_allclose(image(scene, plugin(sampler=design), 64), 0.7, rtol=2e-5)
+
+
+def test_weights_lower_the_error(scene):
+    truth, _ = truth_of(scene, jitter=False)
+
+    def mse(**properties):
+        images = replicates(scene, count=4, spp=64, jitter=False, **properties)
+        return np.mean((np.stack(images) - truth) ** 2)
+
+    assert mse(sampler="uniform") < 0.6 * mse(sampler="uniform", weighted=False)
+
+
+def test_sets_smaller_than_a_pixels_samples(scene):
+    """Four sets of 16 make 64 samples; their mean is that of 16-sample images over independent sets."""
+    truth, _ = truth_of(scene)
+    one = np.mean([(image(scene, plugin(samples=16), 64, seed=k) - truth) ** 2 for k in range(6)])
+    four = np.mean([(image(scene, plugin(), 16, seed=k) - truth) ** 2 for k in range(6)])
+    assert 2.5 < four / one < 6
+
+
+# ---------------------------------------------------------------------- the table
+
+
+def test_seed_and_table_seed_choose_the_samples(scene):
+    first = image(scene, plugin(jitter=False), 16, seed=1)
+    np.testing.assert_allclose(image(scene, plugin(jitter=False), 16, seed=1), first, atol=1e-5)
+    assert np.abs(image(scene, plugin(jitter=False), 16, seed=2) - first).max() > 1e-3
+    assert np.abs(image(scene, plugin(jitter=False, table_seed=5), 16, seed=1) - first).max() > 1e-3
+
+
+def test_a_table_from_a_file_is_the_table_made_here(scene, tmp_path):
+    vq.SampleTable.make("stratified", n=16, d=2, sets=32, rng=4).save(tmp_path / "t.npz")
+    from_file = image(scene, plugin(table=str(tmp_path / "t.npz")), 16, seed=2)
+    made = image(scene, plugin(sets=32, table_seed=4), 16, seed=2)
+    np.testing.assert_allclose(from_file, made, atol=1e-5)
+
+
+def test_rows_use_all_sets_evenly():
+    integrator = plugin(sets=7)
+    integrator.prepare(mi.load_dict(scene_dict(width=64, height=64)).sensors()[0], 9, 16)
+    row = np.array(integrator.row(dr.arange(mi.UInt32, 64 * 64 * 16))).reshape(-1, 16)
+    np.testing.assert_array_equal(row % 16, np.tile(np.arange(16), (len(row), 1)))
+    np.testing.assert_array_equal(row // 16, np.repeat(row[:, :1] // 16, 16, axis=1))
+    counts = np.bincount(row[:, 0] // 16, minlength=7)
+    assert len(counts) == 7
+    assert np.abs(counts - 4096 / 7).max() < 6 * np.sqrt(4096 / 7)
+
+
+# ---------------------------------------------------------------------- variants, formats, nesting
+
+
+@pytest.mark.parametrize("variant", ["llvm_ad_mono", "llvm_ad_spectral", "llvm_ad_rgb"])
+def test_every_variant_has_the_plugins(variant):
+    if variant not in mi.variants():
+        pytest.skip(f"Mitsuba was built without {variant}")
+    mi.set_variant(variant)
+    scene = mi.load_dict(scene_dict())
+    truth = image(scene, mi.load_dict({"type": "direct"}), 1024)
+    got = np.mean([image(scene, plugin(), 256, seed=k) for k in range(4)], axis=0)
+    assert np.sqrt(np.mean((got - truth) ** 2)) < 0.05 * truth.mean()
+
+
+def test_xml_is_the_same_as_a_dict(scene):
+    xml = """
+    <integrator type="reweighted" version="3.0.0">
+        <string name="domain" value="lens"/> <string name="sampler" value="uniform"/>
+        <integer name="order" value="0"/> <boolean name="jitter" value="false"/>
+        <integrator type="direct"/>
+    </integrator>"""
+    from_dict = plugin(domain="lens", sampler="uniform", order=0, jitter=False)
+    np.testing.assert_allclose(image(scene, mi.load_string(xml), 16), image(scene, from_dict, 16), rtol=1e-4, atol=1e-5)
+
+
+def test_alpha_and_extra_channels_pass_through():
+    description = scene_dict()
+    description["sensor"]["film"]["pixel_format"] = "rgba"
+    scene = mi.load_dict(description)
+    nested = {"type": "aov", "aovs": "depth:depth", "inner": {"type": "direct"}}
+    assert image(scene, plugin(nested=nested), 16).shape == (12, 16, 9)
+
+
+@pytest.mark.parametrize("nested", ["direct", "prb"])
+def test_forward_derivative(scene, nested):
+    """The image is linear in a reflectance seen directly: derivative = image(1) − image(0)."""
+    key = "floor.bsdf.reflectance.value"
+    integrator = plugin(nested={"type": nested} | ({"max_depth": 2} if nested == "prb" else {}))
+    parameters = mi.traverse(scene)
+
+    def lit(value):
+        parameters[key] = mi.Color3f(value)
+        parameters.update()
+        return image(scene, integrator, 16, seed=5)
+
+    difference = lit(0.75) - lit(0.25)
+    theta = mi.Float(0.5)
+    dr.enable_grad(theta)
+    parameters[key] = mi.Color3f(theta)
+    parameters.update()
+    dr.set_grad(theta, 1)
+    dr.enqueue(dr.ADMode.Forward, theta)
+    derivative = integrator.render_forward(scene, parameters, seed=5, spp=16)
+    assert np.abs(difference).max() > 0.01
+    np.testing.assert_allclose(np.array(derivative), 2 * difference, rtol=1e-3, atol=1e-4)
+
+
+@pytest.mark.parametrize("nested", ["direct", "prb"])
+def test_backward_derivative_is_the_transpose_of_forward(scene, nested):
+    key = "floor.bsdf.reflectance.value"
+    integrator = plugin(nested={"type": nested} | ({"max_depth": 2} if nested == "prb" else {}))
+    parameters = mi.traverse(scene)
+    before = image(scene, integrator, 16, seed=5)
+    colour = mi.Color3f(0.2, 0.5, 0.8)
+    dr.enable_grad(colour)
+    parameters[key] = colour
+    parameters.update()
+    loss = dr.mean(mi.render(scene, parameters, integrator=integrator, spp=16, seed=5, seed_grad=5), axis=None)
+    dr.backward(loss)
+    gradient = np.array(dr.grad(colour)).ravel()
+    parameters[key] = mi.Color3f(0, 0, 0)
+    parameters.update()
+    black = image(scene, integrator, 16, seed=5)
+    expected = (before - black).reshape(-1, 3).sum(0) / black.size / [0.2, 0.5, 0.8]
+    np.testing.assert_allclose(gradient, expected, rtol=2e-3)
+
+
+# ---------------------------------------------------------------------- refusals
+
+DIRECT = {"type": "direct"}
+
+
+@pytest.mark.parametrize(
+    ("properties", "message"),
+    [
+        ({}, "needs one nested integrator"),
+        ({"a": DIRECT, "b": DIRECT}, "needs one nested integrator"),
+        ({"a": {"type": "diffuse"}}, "needs one nested integrator"),
+        ({"a": {"type": "ptracer"}}, "cannot wrap"),
+        ({"a": {"type": "prb_projective"}}, "cannot wrap"),
+        ({"a": {"type": "reweighted", "a": DIRECT}}, "cannot wrap"),
+        ({"a": DIRECT, "domain": "time"}, "unknown domain 'time'"),
+        ({"a": DIRECT, "sampler": "random"}, "unknown sampler 'random'"),
+        ({"a": DIRECT, "debias": "exchange"}, "no rule"),
+        ({"a": DIRECT, "order": "high"}, "order must be a whole number"),
+        ({"a": DIRECT, "jitter": 1}, "jitter must be true or false"),
+        ({"a": DIRECT, "sets": 0}, "sets must be"),
+        ({"a": DIRECT, "samples": -1}, "samples must be"),
+        ({"a": DIRECT, "max_depth": 3}, "max_depth"),
+        ({"a": DIRECT, "colour": 3}, "colour"),
+        ({"a": DIRECT, "table": "/nowhere.npz"}, "/nowhere.npz"),
+        ({"a": DIRECT, "table": "/nowhere.npz", "order": 0}, "settles order"),
+    ],
+)
+def test_bad_properties(properties, message):
+    with pytest.raises(ValueError, match=message), one_line_errors():
+        mi.load_dict({"type": "reweighted", **properties})
+
+
+def render_refused(scene, integrator, spp, message):
+    with pytest.raises(ValueError, match=message), one_line_errors():
+        image(scene, integrator, spp)
+
+
+def test_a_pinhole_has_no_lens():
+    render_refused(mi.load_dict(scene_dict(sensor="perspective")), plugin(), 16, "has none; use a 'thinlens'")
+
+
+def test_samples_per_pixel_that_sets_cannot_make(scene):
+    render_refused(scene, plugin(), 13, "nearest that do are n = 12")
+    render_refused(scene, plugin(samples=16), 24, "do not divide 24")
+
+
+def test_a_table_of_the_wrong_dimension(tmp_path):
+    vq.SampleTable.make("uniform", n=16, d=1, sets=2, rng=1).save(tmp_path / "t.npz")
+    with pytest.raises(ValueError, match="d = 1"), one_line_errors():
+        plugin(table=str(tmp_path / "t.npz"))
+
+
+def test_inside_an_aov_integrator_the_table_would_be_ignored(scene):
+    outer = mi.load_dict({"type": "aov", "aovs": "d:depth", "inner": {"type": "reweighted", "nested": DIRECT}})
+    render_refused(scene, outer, 4, "must be the outermost")
