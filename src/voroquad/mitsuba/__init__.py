@@ -25,8 +25,7 @@ _PLUGINS = __name__ + ".integrator"
 
 def check_llvm() -> None:
     """Raise ImportError if Mitsuba's llvm variants cannot run: no libLLVM, or one that makes Dr.Jit abort."""
-    with dr.detail.scoped_rtld_deepbind():
-        version = dr.detail.llvm_version()[0]
+    version = dr.detail.llvm_version()[0]
     if dr.has_backend(dr.JitBackend.LLVM) and version >= OLDEST_LLVM:
         return
     found = f"Dr.Jit found version {version}" if version > 0 else "Dr.Jit found none that it can use"
@@ -48,5 +47,7 @@ def _register(previous: str | None, variant: str | None) -> None:
         importlib.import_module(_PLUGINS)
 
 
+if not dr.has_backend(dr.JitBackend.CUDA):
+    check_llvm()
 mi.detail.add_variant_callback(_register)
 _register(None, mi.variant())

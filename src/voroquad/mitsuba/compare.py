@@ -19,7 +19,7 @@ from .._progress import progress_bar
 from ..results import Figure, ImageGrid, Results, Section, Table
 from ..samplers import sample
 from .figures import closeup_windows, difference_png, image_png, mse_figure
-from .render import Image, load_scene, make_integrator, render_image, srgb, write_image
+from .render import Image, load_scene, make_integrator, own_integrator, render_image, srgb, write_image
 
 Advance = Callable[[str, int], None]
 
@@ -171,7 +171,7 @@ def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
 
 def _check(scene: mi.Scene, domain: str, spp: Sequence[int], jitter: bool) -> None:
     """Find what would fail half-way: ValueError before anything is rendered."""
-    nested = scene.integrator()
+    nested = own_integrator(scene)
     for method in METHODS:
         integrator = method.integrator(nested, domain, jitter, seed=0)
         if method.kind == "reweighted":
@@ -194,7 +194,7 @@ def make_reference(scene: mi.Scene, domain: str, jitter: bool, most: int, seed: 
     method = Method("reference", "reference", "reweighted", _sets("sobol", False))
     halves: list[Any] = [0.0, 0.0]
     for k in range(rounds):
-        integrator = method.integrator(scene.integrator(), domain, jitter, seed=_seed(seed, 1, k))
+        integrator = method.integrator(own_integrator(scene), domain, jitter, seed=_seed(seed, 1, k))
         halves[k % 2] += render_image(scene, integrator, n, _seed(seed, 2, k))
         advance(f"reference, round {k + 1} of {rounds}", n)
     a, b = (half / (rounds // 2) for half in halves)
@@ -205,7 +205,7 @@ def measure(
     scene: mi.Scene, method: Method, reference: Reference, domain: str, jitter: bool, spp: int, seed: int
 ) -> Measurement:
     """Render by one method; its mean squared error and mean ꟻLIP against the reference."""
-    integrator = method.integrator(scene.integrator(), domain, jitter, seed=_seed(seed, 3, spp))
+    integrator = method.integrator(own_integrator(scene), domain, jitter, seed=_seed(seed, 3, spp))
     start = time.perf_counter()
     image = render_image(scene, integrator, spp, _seed(seed, 4, spp))
     seconds = time.perf_counter() - start

@@ -101,6 +101,11 @@ def render_image(scene: mi.Scene, integrator: mi.Integrator, spp: int, seed: int
         return np.array(mi.render(scene, integrator=integrator, spp=spp, seed=seed), dtype=np.float64)
 
 
+def own_integrator(scene: mi.Scene) -> mi.Integrator:
+    """The scene's integrator; a path tracer if it names none."""
+    return scene.integrator() or mi.load_dict({"type": "path"})
+
+
 def make_integrator(kind: str, nested: mi.Integrator, **properties: Any) -> mi.Integrator:
     """The plug-in ``plain`` or ``reweighted`` around `nested`."""
     with one_line_errors():
@@ -169,7 +174,7 @@ def render(
     loaded = load_scene(scene, size)
     integrator = make_integrator(
         "reweighted",
-        loaded.integrator(),
+        own_integrator(loaded),
         domain=domain,
         sampler=sampler,
         order=order,
