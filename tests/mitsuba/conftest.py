@@ -1,8 +1,8 @@
 """Every test starts in the rgb variant, whatever the one before it left."""
 
+import mitsuba as mi
 import pytest
 
-import mitsuba as mi
 import voroquad.mitsuba  # noqa: F401  (registers the plug-ins)
 
 

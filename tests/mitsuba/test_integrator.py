@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import drjit as dr
+import mitsuba as mi
 import numpy as np
 import pytest
 
-import mitsuba as mi
 import voroquad as vq
 from voroquad.mitsuba.render import one_line_errors
 

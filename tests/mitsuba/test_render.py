@@ -7,11 +7,11 @@ import os
 import subprocess
 import sys
 
+import mitsuba as mi
 import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-import mitsuba as mi
 from voroquad.cli import app
 from voroquad.mitsuba import render as renderer
 
