@@ -18,7 +18,7 @@ def test_three_samples_stand_and_weigh_as_expected():
     assert [r["expected"] for r in rows] == [0.25, 0.5, 0.75, 0.375, 0.25, 0.375]
     for row in rows:
         assert abs(row["simulated"] - row["expected"]) < 4.8 * row["standard_error"]
-    # The test sees the bias: the weights are far from a third
+    # The test has power: the weights are far from a third
     assert all(abs(r["simulated"] - 1 / 3) > 20 * r["standard_error"] for r in rows[3:])
 
 

@@ -32,7 +32,7 @@ def write_report(folders: Sequence[str | os.PathLike[str]], output: str | os.Pat
     output : path
         The HTML file; written whole or not at all.
     title : str, optional
-        The page's title; by default that of the first folder's results.
+        The page's title; by default that of the results, if they are of one folder.
 
     Returns
     -------
@@ -54,7 +54,7 @@ def write_report(folders: Sequence[str | os.PathLike[str]], output: str | os.Pat
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    page = environment.get_template("page.html").render(title=title or parts[0].results.title, parts=parts)
+    page = environment.get_template("page.html").render(title=title or _title(parts), parts=parts)
     with atomic_path(output) as temporary:
         temporary.write_text(page, encoding="utf-8")
     return Path(output)
@@ -122,6 +122,10 @@ class Part:
         if not path.is_file():
             raise ValueError(f"{path} is missing; make the folder again: {self.results.command}")
         return path
+
+
+def _title(parts: Sequence[Part]) -> str:
+    return parts[0].results.title if len(parts) == 1 else "voroquad: results"
 
 
 def _part(folder: Path, number: int) -> Part:

@@ -43,8 +43,8 @@ def draw_three(rng: np.random.Generator) -> Drawing:
         figure,
         rows,
         f"Three sorted uniform samples, {THREE_SETS:,} sets. On average they stand at ¼, ½, ¾, but their Voronoi cells "
-        "are ⅜, ¼, ⅜ long and not ⅓ each: the outer samples count too much, because their cells reach to the "
-        "border. That is the bias of the consistent estimator Î_C.",
+        "are ⅜, ¼, ⅜ long: the outer ones reach to the border. The outer samples count more than with equal "
+        "weights, the inner one less; the bias function g tells what that does to Î_C.",
         "Top: distributions of the three sorted samples with means at one, two and three quarters. Bottom: mean "
         "Voronoi weights three eighths, a quarter, three eighths, expected and simulated.",
     )
@@ -72,7 +72,7 @@ def _draw_weights(ax: Axes, w: Array) -> None:
         ax.text(-0.01, y, label, ha="right", va="center", color=MUTED)
     for fair in (1 / 3, 2 / 3):
         ax.axvline(fair, color=INK, linewidth=1, linestyle=(0, (1, 2)))
-    ax.text(2 / 3, -0.62, "⅓ each would be unbiased", ha="center", va="top", color=INK, fontsize=9)
+    ax.text(2 / 3 + 0.01, -0.62, "⅓ each: equal weights", ha="left", va="top", color=INK, fontsize=9)
     ax.set(xlim=(0, 1), ylim=(-1.1, 1.5), yticks=[], xticks=[0, 0.25, 0.5, 0.75, 1])
     ax.set_xticklabels(["0", "¼", "½", "¾", "1"])
     ax.spines["left"].set_visible(False)

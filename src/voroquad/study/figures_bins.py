@@ -162,4 +162,4 @@ def _coverage_strip(ax: Axes, binning: Binning, bottom: float, height: float) ->
     for low, high, count in zip(edges[:-1], edges[1:], cover, strict=True):
         if high - low > 1e-9:
             color = VERMILION if count == 0 else FAINT if count == 1 else BLUE
-            ax.add_patch(Rectangle((low, bottom), high - low, height, facecolor=color, linewidth=0))
+            ax.add_patch(Rectangle((low, bottom), high - low, height, facecolor=color, linewidth=0, antialiased=False))
