@@ -34,9 +34,7 @@ INTEGRALS = {
 
 
 @pytest.mark.parametrize("design", DESIGNS)
-@pytest.mark.parametrize(
-    ("d", "sizes"), [(1, (1, 2, 3, 50, 10_000)), (2, (1, 2, 6, 64, 10_000)), (3, (1, 2, 8, 27))]
-)
+@pytest.mark.parametrize(("d", "sizes"), [(1, (1, 2, 3, 50, 10_000)), (2, (1, 2, 6, 64, 10_000)), (3, (1, 2, 8, 27))])
 def test_weights_sum_to_one(design, d, sizes):
     for n in sizes:
         w = control(vq.sample(design, n=n, d=d, rng=n))

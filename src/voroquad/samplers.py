@@ -232,9 +232,7 @@ def _regular(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.
 
 
 def _sobol(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    digits = _sobol_digits(n, d)
-    scrambled = np.stack([owen_scramble(digits, r) for r in rng.spawn(sets)])
-    return _from_digits(scrambled, rng)
+    return _from_digits(owen_scramble(_sobol_digits(n, d), sets, rng), rng)
 
 
 def _halton(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
@@ -269,14 +267,14 @@ def _sobol_digits(n: int, d: int) -> NDArray[np.uint64]:
     return (points * 2.0**_BITS).astype(np.uint64)
 
 
-def owen_scramble(digits: NDArray[np.uint64], rng: np.random.Generator) -> NDArray[np.uint64]:
-    """Nested uniform scrambling of 32-bit points (n, d), independent in each coordinate.
+def owen_scramble(digits: NDArray[np.uint64], sets: int, rng: np.random.Generator) -> NDArray[np.uint64]:
+    """Nested uniform scramblings (sets, n, d) of 32-bit points (n, d), independent in each set and coordinate.
 
     Digit k is flipped or not by a fair coin that depends on the k − 1 digits before it (Owen 1995).
-    The coin is one bit of a hash of those digits and of a random key per digit and coordinate.
+    The coin is one bit of a hash of those digits and of a random key per digit, set and coordinate.
     """
-    keys = rng.integers(0, 2**64, size=(_BITS, digits.shape[-1]), dtype=np.uint64)
-    scrambled = digits.copy()
+    keys = rng.integers(0, 2**64, size=(_BITS, sets, 1, digits.shape[-1]), dtype=np.uint64)
+    scrambled = np.repeat(digits[None], sets, axis=0)
     for k in range(_BITS):
         prefix = digits >> np.uint64(_BITS - k)
         coin = _mix(prefix ^ keys[k]) >> np.uint64(63)
