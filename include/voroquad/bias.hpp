@@ -218,17 +218,16 @@ template <int D>
 class StratifiedDesign {
 public:
     explicit StratifiedDesign(const std::array<std::size_t, D> &strata) : strata_(strata) {
-        double diagonal2 = 0.0, narrowest = 1.0;
+        double diagonal2 = 0.0;
         for (int a = 0; a < D; ++a) {
             const double side = 1.0 / static_cast<double>(strata[a]);
             samples_ *= static_cast<double>(strata[a]);
             for (std::size_t c = 0; c <= strata[a]; ++c)
                 planes_[a].push_back(static_cast<double>(c) * side);
             diagonal2 += side * side;
-            narrowest = std::min(narrowest, side);
         }
-        // B(y, r) covers the stratum of y, or if that is the one of x, a neighbour of it
-        reach_ = std::sqrt(diagonal2 + 3.0 * narrowest * narrowest);
+        // Farther from x than a stratum's diagonal, y has its own stratum, all inside B
+        reach_ = std::sqrt(diagonal2);
     }
 
     double samples() const { return samples_; }

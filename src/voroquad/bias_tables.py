@@ -183,7 +183,7 @@ def stratified_plan(strata: tuple[int, ...]) -> Plan:
     d = len(strata)
     cubic = len(set(strata)) == 1
     proxy = tuple(min(k, 7) for k in strata) if cubic else strata
-    nodes, resolution = (12, (16, 12)) if d == 2 else (6, (6, 6))
+    nodes, resolution = (12, (12, 12)) if d == 2 else (6, (6, 6))
     axes = tuple(Strata(k, p, kinds_of_strata(k, strata)) for k, p in zip(strata, proxy, strict=True))
     return Plan("stratified-" + "x".join(map(str, proxy)), axes, nodes, resolution, math.prod(proxy), proxy)
 
