@@ -103,6 +103,20 @@ def test_other_designs_are_refused():
         control(vq.sample("sobol", n=16, d=2, rng=1))
 
 
+@pytest.mark.parametrize("design", DESIGNS)
+@pytest.mark.parametrize(("d", "n"), [(1, 16), (2, 16), (2, 256), (3, 27)])
+def test_a_finer_quadrature_changes_little(design, d, n, monkeypatch):
+    s = vq.sample(design, n=n, d=d, sets=300, rng=4)
+    f = smooth(s.points)
+    estimates = (control(s) * f).sum(axis=1)
+    module.bias_lattice.cache_clear()
+    for panels in ("UNIFORM_PANELS", "STRATA_PANELS"):
+        monkeypatch.setattr(module, panels, {1: 8, 2: 4, 3: 4})
+    change = (control(s) * f).sum(axis=1) - estimates
+    module.bias_lattice.cache_clear()
+    assert abs(change.mean()) < 0.03 * estimates.std()
+
+
 # ---------------------------------------------------------------------- unbiased, and the test can tell
 
 # With R sets a bias of 0.1 standard deviations of one estimate shows as z = 0.1 √R

@@ -98,7 +98,7 @@ def bias_lattice(n: int, d: int, strata: tuple[int, ...] | None) -> BiasLattice:
 
 
 #: Panels of two nodes per sample spacing along an axis, by d. More of them change the mean of an
-#: estimate by less than 0.02 of its standard deviation, and its variance by less than 1 %.
+#: estimate by less than 0.03 of its standard deviation.
 UNIFORM_PANELS = {1: 4, 2: 2, 3: 1}
 STRATA_PANELS = {1: 1, 2: 2, 3: 2}
 

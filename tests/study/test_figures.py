@@ -6,6 +6,7 @@ import pytest
 from voroquad import bias_function
 from voroquad.study import figures_bias, figures_bins
 from voroquad.study.figures_bias import draw_three, mean_bias, simulate_bias
+from voroquad.study.figures_bias_plane import draw_bias_plane
 from voroquad.study.figures_bins import StepDensity, draw_bins
 from voroquad.study.figures_cells import draw_cells
 from voroquad.study.functions import INTEGRANDS
@@ -35,6 +36,14 @@ def test_simulated_bias_function():
 def test_mean_bias_over_the_interval_is_one():
     assert mean_bias(30, 0, 1) == pytest.approx(1, abs=1e-9)
     assert mean_bias(30, 0.1, 0.1 + 1e-9) == pytest.approx(bias_function([0.1], 30)[0])
+
+
+def test_the_cut_through_the_plane_shows_layer_and_period():
+    cut = {round(row["x_1"], 6): row for row in draw_bias_plane(np.random.default_rng(0)).rows}
+    assert cut[0.00025]["uniform"] < 0.65
+    assert cut[0.00025]["stratified"] < 0.75
+    assert cut[0.49975]["uniform"] == pytest.approx(1, abs=1e-3)
+    assert cut[0.31225]["stratified"] > cut[0.37475]["stratified"] + 0.03
 
 
 def test_bins_tile_the_interval_only_where_they_are_voronoi_cells(monkeypatch):

@@ -18,6 +18,7 @@ from ..results import Figure, Results, Section, Table
 from .convergence import METHODS_1D, METHODS_2D, Measurement, measure, powers_of_two
 from .drawing import Drawing, write_rows
 from .figures_bias import draw_bias_function, draw_three
+from .figures_bias_plane import draw_bias_plane
 from .figures_bins import draw_bins
 from .figures_cells import draw_cells
 from .figures_convergence import draw_convergence, slope_rows
@@ -27,6 +28,7 @@ _TALK: dict[str, tuple[str, Callable[[np.random.Generator], Drawing]]] = {
     "bins": ("One-dimensional integration with 20 samples", draw_bins),
     "three-samples": ("Three samples: positions and weights", draw_three),
     "bias-function": ("The bias function g", draw_bias_function),
+    "bias-plane": ("The bias function in two dimensions", draw_bias_plane),
     "cells": ("Voronoi cells in two dimensions", draw_cells),
 }
 _DIMENSIONS = ((METHODS_1D, INTEGRANDS_1D), (METHODS_2D, INTEGRANDS_2D))
