@@ -34,7 +34,7 @@ def test_study_from_the_command_line(quick, monkeypatch, tmp_path, capsys):
     results = Results.read(out)
     assert results.command == f"voroquad study -o '{out}' --replicates 2 --max-n 32 --seed 4"
     figures = [f for s in results.sections for f in s.figures]
-    assert len(figures) == 4 + 4
+    assert len(figures) == 5 + 4
     for figure in figures:
         assert (out / figure.png).read_bytes().startswith(b"\x89PNG")
         assert "<svg" in (out / figure.svg).read_text(encoding="utf-8")
