@@ -30,7 +30,7 @@ def bias_function(x: ArrayLike, n: int, design: str = "uniform") -> NDArray[np.f
     -------
     ndarray, (m,)
         G(x) > 0. G ≡ 1 would mean no bias; ∫ G = 1. Exact to rounding for d = 1. For d = 2 the
-        error is below 1e-4 and 1e-5 on average, for d = 3 below 1e-3 and 1e-4 on average.
+        error is below 1e-4 and 1e-5 on average, for d = 3 below 1e-3 and 2e-4 on average.
 
     Raises
     ------
