@@ -10,6 +10,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
 #include <span>
 #include <type_traits>
@@ -21,6 +22,7 @@
 #include "points.hpp"
 #include "polygon.hpp"
 #include "polyhedron.hpp"
+#include "simd.hpp"
 #include "tree.hpp"
 
 namespace voroquad {
@@ -47,39 +49,57 @@ public:
     }
 
 private:
-    struct Candidate {
-        double distance2;
-        std::size_t index;
-    };
-
-    // Collects the points around a leaf, its own first. All that are within reach_ of its
-    // box are among them.
+    // Collects the points within reach_ of a leaf's box; the leaf's own come first.
     void gather(std::size_t leaf) {
-        leaf_ = leaf;
         box_ = tree_->leaf_box(leaf);
         spacing_ = tree_->spacing_near(leaf);
-        reach_ = (D == 2 ? 2.1 : 2.2) * spacing_;
+        reach_ = (D == 2 ? 2.2 : 2.0) * spacing_;
         for (int attempt = 0; attempt < 8; ++attempt, reach_ *= 0.5) {
-            for (auto &axis : candidate_) axis.clear();
-            for (auto &axis : turn_) axis.clear();
-            add_leaf(leaf, {});
+            candidates_ = 0;
+            add_leaf(leaf, box_, {});
             for_each_turn(reach_, [&](const Point<D> &turn, bool home) {
-                tree_->within(relative(box_, turn), reach_ * reach_, [&](std::size_t l) {
-                    if (!home || l != leaf) add_leaf(l, turn);
+                const Box<D> box = relative(box_, turn);
+                tree_->within(box, reach_ * reach_, [&](std::size_t l) {
+                    if (!home || l != leaf) add_leaf(l, box, turn);
                 });
             });
-            if (candidate_[0].size() <= most_candidates) break;
+            if (candidates_ <= most_candidates) break;
         }
-        distance2_.resize(candidate_[0].size());
     }
 
-    void add_leaf(std::size_t leaf, const Point<D> &turn) {
+    void add_leaf(std::size_t leaf, const Box<D> &box, const Point<D> &turn) {
         const std::size_t begin = tree_->leaf_begin(leaf), end = tree_->leaf_begin(leaf + 1);
+        reserve(candidates_ + (end - begin) + lanes);
+        const double reach2 = reach_ * reach_;
+        std::array<const double *, D> from;
+        std::array<double *, D> to, turns;
         for (int a = 0; a < D; ++a) {
-            const double *c = tree_->coordinates(a);
-            candidate_[a].insert(candidate_[a].end(), c + begin, c + end);
-            if (domain_ == Domain::torus) turn_[a].insert(turn_[a].end(), end - begin, turn[a]);
+            from[a] = tree_->coordinates(a);
+            to[a] = candidate_[a].data();
+            turns[a] = turn_[a].data();
         }
+        for (std::size_t s = begin; s < end; ++s) {
+            double distance2 = 0.0;
+            for (int a = 0; a < D; ++a) {
+                const double c = from[a][s];
+                to[a][candidates_] = c;
+                turns[a][candidates_] = turn[a];
+                const double above = c - box.hi[a], below = box.lo[a] - c;
+                const double gap = larger(larger(above, below), 0.0);
+                distance2 += gap * gap;
+            }
+            candidates_ += distance2 <= reach2;
+        }
+    }
+
+    void reserve(std::size_t n) {
+        if (distance2_.size() >= n) return;
+        n = std::max<std::size_t>(2 * n, 256);
+        for (auto &axis : candidate_) axis.resize(n);
+        for (auto &axis : turn_) axis.resize(n);
+        distance2_.resize(n);
+        chosen_.resize(n);
+        nearest_.resize(n);
     }
 
     // Cuts the cell of a site, the candidate `own`.
@@ -95,56 +115,73 @@ private:
         measure_distances();
         distance2_[own] = std::numeric_limits<double>::infinity();
 
-        // The nearest dozen, in order; then those still within reach of what is left
-        const double near2 = (D == 2 ? 2.2 : 2.6) * spacing_ * spacing_;
-        nearest_.clear();
-        for (std::size_t i = 0; i < distance2_.size(); ++i)
-            if (distance2_[i] <= near2) nearest_.push_back({distance2_[i], i});
-        clip_nearest();
-        nearest_.clear();
-        const double far2 = reach2();
-        for (std::size_t i = 0; i < distance2_.size(); ++i)
-            if (distance2_[i] > near2 && distance2_[i] <= far2)
-                nearest_.push_back({distance2_[i], i});
-        clip_nearest();
+        // The nearest few, then those still within reach of what is left
+        const double near2 = 2.2 * spacing_ * spacing_;
+        clip_between(0.0, near2);
+        clip_between(near2, reach2());
 
         // All points within reach_ of the leaf's box have been seen
         double seen = std::numeric_limits<double>::infinity();
         for (int a = 0; a < D; ++a)
             seen = std::min({seen, site_[a] - box_.lo[a], box_.hi[a] - site_[a]});
-        seen += reach_;
-        if (reach2() > seen * seen * (1.0 - 1e-12)) search_far();
+        seen2_ = (seen + reach_) * (seen + reach_) * (1.0 - 1e-12);
+        if (reach2() > seen2_) search_far();
     }
 
     void measure_distances() {
-        const std::size_t n = distance2_.size();
+        const std::size_t n = candidates_;
         double *distance2 = distance2_.data();
-        std::fill_n(distance2, n, 0.0);
         for (int a = 0; a < D; ++a) {
             const double *c = candidate_[a].data(), *t = turn_[a].data();
             const double s = site_[a];
             if (domain_ == Domain::box) {
-                for (std::size_t i = 0; i < n; ++i) distance2[i] += (c[i] - s) * (c[i] - s);
+                if (a == 0)
+                    for (std::size_t i = 0; i < n; ++i) distance2[i] = (c[i] - s) * (c[i] - s);
+                else
+                    for (std::size_t i = 0; i < n; ++i) distance2[i] += (c[i] - s) * (c[i] - s);
             } else {
                 for (std::size_t i = 0; i < n; ++i) {
                     const double q = (c[i] - s) + t[i];
-                    distance2[i] += q * q;
+                    distance2[i] = (a == 0 ? 0.0 : distance2[i]) + q * q;
                 }
             }
         }
     }
 
-    void clip_nearest() {
-        std::sort(nearest_.begin(), nearest_.end(),
-                  [](const Candidate &a, const Candidate &b) { return a.distance2 < b.distance2; });
-        for (const auto &[distance2, i] : nearest_) {
-            if (distance2 > reach2()) break;
+    // Clips with the candidates whose squared distance is at least `from` and below `to`,
+    // roughly nearest first.
+    void clip_between(double from, double to) {
+        std::size_t count = 0;
+        for (std::size_t block = 0; block < candidates_; block += 64) {
+            const double *distance2 = distance2_.data() + block;
+            const std::size_t n = std::min<std::size_t>(candidates_ - block, 64);
+            for_each_bit(
+                bits_below(distance2, n, to) & ~bits_below(distance2, n, from),
+                [&](std::size_t i) { chosen_[count++] = static_cast<std::uint32_t>(block + i); });
+        }
+
+        // Counting sort into shells, which a processor predicts better than comparisons
+        constexpr std::size_t shells = 16;
+        std::array<std::uint32_t, shells + 1> start{};
+        const double scale = to - from > 1e-290 ? shells * (1.0 - 1e-9) / (to - from) : 0.0;
+        const auto shell_of = [&](std::uint32_t i) {
+            return static_cast<std::size_t>((distance2_[i] - from) * scale);
+        };
+        for (std::size_t k = 0; k < count; ++k) ++start[shell_of(chosen_[k]) + 1];
+        for (std::size_t k = 0; k < shells; ++k) start[k + 1] += start[k];
+        for (std::size_t k = 0; k < count; ++k)
+            nearest_[start[shell_of(chosen_[k])]++] = chosen_[k];
+
+        double reach = reach2();
+        for (std::size_t k = 0; k < count; ++k) {
+            const std::uint32_t i = nearest_[k];
+            if (distance2_[i] > reach) continue;
             Point<D> q;
-            for (int a = 0; a < D; ++a) {
-                q[a] = candidate_[a][i] - site_[a];
-                if (domain_ == Domain::torus) q[a] += turn_[a][i];
-            }
+            for (int a = 0; a < D; ++a) q[a] = candidate_[a][i] - site_[a];
+            if (domain_ == Domain::torus)
+                for (int a = 0; a < D; ++a) q[a] += turn_[a][i];
             cell_.clip(q);
+            reach = reach2();
         }
     }
 
@@ -153,28 +190,29 @@ private:
         for_each_turn(std::numeric_limits<double>::infinity(), [&](const Point<D> &turn, bool) {
             const Point<D> from = relative({site_, site_}, turn).lo;
             const auto may_cut = [&](const Box<D> &box, double distance2) {
-                return distance2 <= reach2() && cell_.within_reach_of(seen_from_site(box, turn));
+                return distance2 <= reach2() && !seen(box, from) &&
+                       cell_.within_reach_of(seen_from_site(box, turn));
             };
             tree_->search({from, from}, may_cut, [&](std::size_t leaf, double) {
-                if (gathered(leaf, turn)) return;
                 for (std::size_t s = tree_->leaf_begin(leaf); s < tree_->leaf_begin(leaf + 1);
                      ++s) {
                     Point<D> q = tree_->site(s);
                     for (int a = 0; a < D; ++a) q[a] = (q[a] - site_[a]) + turn[a];
-                    if (dot<D>(q, q) <= reach2()) cell_.clip(q);
+                    const double distance2 = dot<D>(q, q);
+                    if (distance2 > seen2_ && distance2 <= reach2()) cell_.clip(q);
                 }
             });
         });
     }
 
-    bool gathered(std::size_t leaf, const Point<D> &turn) const {
-        const Box<D> other = tree_->leaf_box(leaf).shifted(turn);
-        double distance2 = 0.0;
+    // Whether all of a box lies where every point has been seen already
+    bool seen(const Box<D> &box, const Point<D> &from) const {
+        double farthest2 = 0.0;
         for (int a = 0; a < D; ++a) {
-            const double gap = std::max({0.0, other.lo[a] - box_.hi[a], box_.lo[a] - other.hi[a]});
-            distance2 += gap * gap;
+            const double far = larger(from[a] - box.lo[a], box.hi[a] - from[a]);
+            farthest2 += far * far;
         }
-        return distance2 < reach_ * reach_ * (1.0 - 1e-12);
+        return farthest2 < seen2_;
     }
 
     // Points at least twice the radius away cut nothing; the margin covers rounding.
@@ -224,12 +262,12 @@ private:
 
     const PointTree<D> *tree_ = nullptr;
     Domain domain_ = Domain::box;
-    std::size_t leaf_ = 0;
     Box<D> box_{};
-    double spacing_ = 0.0, reach_ = 0.0;
+    double spacing_ = 0.0, reach_ = 0.0, seen2_ = 0.0;
+    std::size_t candidates_ = 0;
     std::array<std::vector<double>, D> candidate_, turn_;
     std::vector<double> distance2_;
-    std::vector<Candidate> nearest_;
+    std::vector<std::uint32_t> chosen_, nearest_;
     Point<D> site_{};
     ConvexCell<D> cell_;
 };

@@ -3,9 +3,12 @@
 
 #include <algorithm>
 #include <cstddef>
+#include <cstdint>
+#include <cstring>
 #include <vector>
 
 #include "points.hpp"
+#include "simd.hpp"
 
 namespace voroquad {
 
@@ -16,12 +19,11 @@ class ConvexPolygon {
 public:
     void reset(const Box<2> &box) {
         reserve(4);
+        put(0, box.lo[0], box.lo[1]);
+        put(1, box.hi[0], box.lo[1]);
+        put(2, box.hi[0], box.hi[1]);
+        put(3, box.lo[0], box.hi[1]);
         size_ = 4;
-        const double corners[4][2] = {{box.lo[0], box.lo[1]},
-                                      {box.hi[0], box.lo[1]},
-                                      {box.hi[0], box.hi[1]},
-                                      {box.lo[0], box.hi[1]}};
-        for (std::size_t i = 0; i < 4; ++i) x_[i] = corners[i][0], y_[i] = corners[i][1];
         update_radius();
     }
 
@@ -29,35 +31,42 @@ public:
     void clip(const Point<2> &q) {
         const auto half_plane = HalfSpace<2>::nearer_than(q);
         const double a = half_plane.normal[0], b = half_plane.normal[1], c = half_plane.offset;
-        bool cut = false;
-        for (std::size_t i = 0; i < size_; ++i) {
-            excess_[i] = a * x_[i] + b * y_[i] - c;
-            cut |= excess_[i] > 0.0;
+        const std::uint64_t all = (std::uint64_t{1} << size_) - 1;
+        std::uint64_t cut;
+        if (size_ <= usual) { // loops of a fixed length: nothing to mispredict
+            evaluate(a, b, c, usual);
+            cut = bits_below(inside_.data(), usual, 0.0) & all;
+        } else {
+            evaluate(a, b, c, padded(size_));
+            if (size_ > 56) return walk_around();
+            cut = bits_below(inside_.data(), size_, 0.0);
         }
-        if (!cut) return;
+        if (cut == 0) return;
 
-        // Walk around (Sutherland and Hodgman 1974): keep what is inside, and where an edge
-        // crosses the line put the crossing
-        reserve(2 * size_);
-        std::size_t kept = 0;
-        std::size_t j = size_ - 1;
-        for (std::size_t i = 0; i < size_; j = i++) {
-            const double from = excess_[j], to = excess_[i];
-            if ((from < 0.0 && to > 0.0) || (from > 0.0 && to < 0.0)) {
-                const double t = from / (from - to);
-                kept_x_[kept] = x_[j] + t * (x_[i] - x_[j]);
-                kept_y_[kept] = y_[j] + t * (y_[i] - y_[j]);
-                ++kept;
-            }
-            if (to <= 0.0) {
-                kept_x_[kept] = x_[i];
-                kept_y_[kept] = y_[i];
-                ++kept;
-            }
+        // The vertices cut off follow each other, from `first` to `last`, unless rounding has
+        // scattered the signs of nearly collinear ones
+        const std::uint64_t starts = cut & ~(cut << 1 | cut >> (size_ - 1));
+        const std::uint64_t ends = cut & ~(cut >> 1 | cut << (size_ - 1)) & all;
+        if (cut == all || (starts & (starts - 1)) != 0) return walk_around();
+        const auto first = static_cast<std::size_t>(std::countr_zero(starts));
+        const auto last = static_cast<std::size_t>(std::countr_zero(ends));
+
+        // Two crossings take their place
+        reserve(size_ + 8);
+        const Point<2> in = crossing(first == 0 ? size_ - 1 : first - 1, first);
+        const Point<2> out = crossing(last + 1 == size_ ? 0 : last + 1, last);
+        std::size_t place;
+        if (first <= last) {
+            place = first;
+            move(first + 2, last + 1, size_ - last - 1);
+            size_ = size_ + 1 - last + first;
+        } else {
+            place = first - last - 1;
+            move(0, last + 1, place);
+            size_ = place + 2;
         }
-        x_.swap(kept_x_);
-        y_.swap(kept_y_);
-        size_ = kept;
+        put(place, in[0], in[1]);
+        put(place + 1, out[0], out[1]);
         update_radius();
     }
 
@@ -76,9 +85,9 @@ public:
     // than to the site.
     bool within_reach_of(const Box<2> &box) const {
         for (std::size_t i = 0; i < size_; ++i) {
-            const double dx = std::max({0.0, box.lo[0] - x_[i], x_[i] - box.hi[0]});
-            const double dy = std::max({0.0, box.lo[1] - y_[i], y_[i] - box.hi[1]});
-            if (dx * dx + dy * dy <= (x_[i] * x_[i] + y_[i] * y_[i]) * (1.0 + 1e-12)) return true;
+            const double dx = larger(larger(box.lo[0] - x_[i], x_[i] - box.hi[0]), 0.0);
+            const double dy = larger(larger(box.lo[1] - y_[i], y_[i] - box.hi[1]), 0.0);
+            if (dx * dx + dy * dy <= r2_[i] * (1.0 + 1e-12)) return true;
         }
         return false;
     }
@@ -87,20 +96,72 @@ public:
     Point<2> vertex(std::size_t i) const { return {x_[i], y_[i]}; }
 
 private:
-    void reserve(std::size_t n) {
-        if (x_.size() >= n) return;
-        for (auto *coordinates : {&x_, &y_, &kept_x_, &kept_y_, &excess_})
-            coordinates->resize(std::max<std::size_t>(2 * n, 32));
+    // How far inside the line each vertex lies
+    void evaluate(double a, double b, double c, std::size_t n) {
+        const double *x = x_.data(), *y = y_.data();
+        double *inside = inside_.data();
+        for (std::size_t i = 0; i < n; i += width)
+            store(inside + i, c - (a * load(x + i) + b * load(y + i)));
     }
 
     void update_radius() {
-        squared_radius_ = 0.0;
-        for (std::size_t i = 0; i < size_; ++i)
-            squared_radius_ = std::max(squared_radius_, x_[i] * x_[i] + y_[i] * y_[i]);
+        std::fill_n(r2_.data() + size_, usual, 0.0);
+        squared_radius_ = largest(r2_.data(), size_ <= usual ? usual : padded(size_));
     }
 
+    void put(std::size_t i, double x, double y) {
+        x_[i] = x;
+        y_[i] = y;
+        r2_[i] = x * x + y * y;
+    }
+
+    // Where the edge from a kept to a removed vertex crosses the line
+    Point<2> crossing(std::size_t kept, std::size_t removed) const {
+        const double t = inside_[kept] / (inside_[kept] - inside_[removed]);
+        return {x_[kept] + t * (x_[removed] - x_[kept]), y_[kept] + t * (y_[removed] - y_[kept])};
+    }
+
+    void move(std::size_t to, std::size_t from, std::size_t count) {
+        for (double *c : {x_.data(), y_.data(), r2_.data()}) {
+            if (count <= 4) { // the usual case without a loop: the arrays have room for more
+                double few[4];
+                std::memcpy(few, c + from, sizeof few);
+                std::memcpy(c + to, few, sizeof few);
+            } else {
+                std::memmove(c + to, c + from, count * sizeof *c);
+            }
+        }
+    }
+
+    // The same cut for any signs (Sutherland and Hodgman 1974): keeps what is inside, and
+    // where an edge crosses the line puts the crossing.
+    void walk_around() {
+        const std::vector<double> x = x_, y = y_;
+        const std::size_t n = size_;
+        reserve(2 * n);
+        size_ = 0;
+        std::size_t j = n - 1;
+        for (std::size_t i = 0; i < n; j = i++) {
+            const double from = inside_[j], to = inside_[i];
+            if ((from < 0.0 && to > 0.0) || (from > 0.0 && to < 0.0)) {
+                const double t = from / (from - to);
+                put(size_++, x[j] + t * (x[i] - x[j]), y[j] + t * (y[i] - y[j]));
+            }
+            if (to >= 0.0) put(size_++, x[i], y[i]);
+        }
+        update_radius();
+    }
+
+    void reserve(std::size_t n) {
+        n += 2 * usual;
+        if (x_.size() >= n) return;
+        for (auto *numbers : {&x_, &y_, &r2_, &inside_})
+            numbers->resize(std::max<std::size_t>(2 * n, 32));
+    }
+
+    static constexpr std::size_t usual = 8; // few cells of random points have more vertices
     std::size_t size_ = 0;
-    std::vector<double> x_, y_, kept_x_, kept_y_, excess_;
+    std::vector<double> x_, y_, r2_, inside_;
     double squared_radius_ = 0.0;
 };
 

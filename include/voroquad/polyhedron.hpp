@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "points.hpp"
+#include "simd.hpp"
 
 namespace voroquad {
 
@@ -22,78 +23,81 @@ class ConvexPolyhedron {
 public:
     void reset(const Box<3> &box) {
         reserve(8);
+        std::fill_n(r2_.data(), padded(size_), 0.0);
         size_ = 8;
         free_.clear();
+        feet_.assign(6, {});
+        for (std::size_t a = 0; a < 3; ++a) {
+            feet_[2 * a][a] = box.lo[a];
+            feet_[2 * a + 1][a] = box.hi[a];
+        }
         for (std::uint32_t v = 0; v < 8; ++v) {
-            for (int a = 0; a < 3; ++a) {
+            for (std::uint32_t a = 0; a < 3; ++a) {
                 xyz_[a][v] = v >> a & 1 ? box.hi[a] : box.lo[a];
                 // Clockwise from outside: x, y, z at corners that differ from the origin in an
                 // even number of coordinates, else x, z, y
                 const bool odd = (v ^ v >> 1 ^ v >> 2) & 1;
-                const auto slot = static_cast<std::uint32_t>(odd ? (3 - a) % 3 : a);
-                const auto twin_slot = static_cast<std::uint32_t>(odd ? a : (3 - a) % 3);
-                twin_[4 * v + slot] = 4 * (v ^ 1u << a) + twin_slot;
+                const std::uint32_t edge = 4 * v + (odd ? (3 - a) % 3 : a);
+                twin_[edge] = 4 * (v ^ 1u << a) + (odd ? a : (3 - a) % 3);
+                // With the next edge along the face it spans the face across the third axis
+                const std::uint32_t across = odd ? (a + 2) % 3 : (a + 1) % 3;
+                face_[edge] = 2 * across + (v >> across & 1);
             }
-            alive_[v] = 1;
+            set_radius(v);
         }
-        update_radius();
+        squared_radius_ = largest(r2_.data(), 8);
     }
 
     // Keeps what is nearer to the origin than to `q`.
     void clip(const Point<3> &q) {
-        const auto half_space = HalfSpace<3>::nearer_than(q);
-        if (!evaluate(half_space)) return;
+        evaluate(HalfSpace<3>::nearer_than(q));
+        std::size_t removed = 0;
+        for (std::size_t block = 0; block < size_; block += 64)
+            for_each_bit(bits_below(&inside_[block], std::min<std::size_t>(size_ - block, 64), 0.0),
+                         [&](std::size_t i) {
+                             removed_[removed++] = static_cast<std::uint32_t>(block + i);
+                         });
+        if (removed == 0) return;
 
         // The edges that lead from removed vertices to kept ones
-        crossings_.clear();
-        removed_.clear();
-        for (std::uint32_t v = 0; v < size_; ++v) {
-            if (!(excess_[v] > 0.0)) continue;
-            removed_.push_back(v);
-            for (std::uint32_t edge = 4 * v; edge < 4 * v + 3; ++edge)
-                if (stays(twin_[edge] >> 2)) crossings_.push_back(edge);
-        }
-        reserve(size_ + crossings_.size());
-        for (const std::uint32_t edge : crossings_) crossed_[edge] = 1;
-        for (const std::uint32_t edge : crossings_)
-            if (crossed_[edge]) close_hole(edge);
+        std::size_t crossings = 0;
+        for (std::size_t i = 0; i < removed; ++i)
+            for (std::uint32_t edge = 4 * removed_[i]; edge < 4 * removed_[i] + 3; ++edge) {
+                crossings_[crossings] = edge;
+                crossings += stays(twin_[edge] >> 2);
+            }
+        reserve(size_ + crossings);
+        feet_.push_back({0.5 * q[0], 0.5 * q[1], 0.5 * q[2]});
+        for (std::size_t i = 0; i < crossings; ++i)
+            if (const std::uint32_t edge = crossings_[i]; twin_[twin_[edge]] == edge)
+                close_hole(edge);
 
-        for (const std::uint32_t v : removed_) {
-            alive_[v] = 0; // at the origin it is never cut off and adds nothing to the radius
+        for (std::size_t i = 0; i < removed; ++i) {
+            // At the origin a vertex is never cut off and adds nothing to radius and measure
+            const std::uint32_t v = removed_[i];
             for (auto &axis : xyz_) axis[v] = 0.0;
+            r2_[v] = 0.0;
             free_.push_back(v);
         }
-        update_radius();
+        squared_radius_ = largest(r2_.data(), padded(size_));
     }
 
-    // A sixth of the sum of the determinants of the triangles of all faces: pyramids with
-    // their apex at the site.
+    // Each face is split into triangles between its edges and the foot of the perpendicular
+    // from the site, a sixth of whose determinants are signed volumes of tetrahedra. An edge
+    // from u to v has a face on either side: together (foot - other foot)·(u × v).
     double measure() const {
-        double sixfold = 0.0;
-        for_each_face([&](const std::vector<Point<3>> &face) {
-            const Point<3> &a = face[0];
-            for (std::size_t i = 2; i < face.size(); ++i) {
-                const Point<3> &b = face[i - 1], &c = face[i];
-                sixfold += a[0] * (b[1] * c[2] - b[2] * c[1]) + a[1] * (b[2] * c[0] - b[0] * c[2]) +
-                           a[2] * (b[0] * c[1] - b[1] * c[0]);
+        double twelvefold = 0.0;
+        for (std::uint32_t u = 0; u < size_; ++u)
+            for (std::uint32_t edge = 4 * u; edge < 4 * u + 3; ++edge) {
+                const std::uint32_t v = twin_[edge] >> 2;
+                const Point<3> &left = feet_[face_[edge]], &right = feet_[face_[twin_[edge]]];
+                const double x = xyz_[1][u] * xyz_[2][v] - xyz_[2][u] * xyz_[1][v];
+                const double y = xyz_[2][u] * xyz_[0][v] - xyz_[0][u] * xyz_[2][v];
+                const double z = xyz_[0][u] * xyz_[1][v] - xyz_[1][u] * xyz_[0][v];
+                twelvefold +=
+                    (left[0] - right[0]) * x + (left[1] - right[1]) * y + (left[2] - right[2]) * z;
             }
-        });
-        return std::max(0.0, sixfold / 6.0);
-    }
-
-    // Calls visit(vertices) for every face, counter-clockwise from outside.
-    template <class Visit>
-    void for_each_face(Visit &&visit) const {
-        seen_.assign(4 * size_, 0);
-        for (std::uint32_t start = 0; start < 4 * size_; ++start) {
-            if ((start & 3) == 3 || seen_[start] || !alive_[start >> 2]) continue;
-            face_.clear();
-            for (std::uint32_t edge = start; !seen_[edge]; edge = turn(twin_[edge])) {
-                seen_[edge] = 1;
-                face_.push_back(vertex(edge >> 2));
-            }
-            visit(face_);
-        }
+        return std::max(0.0, twelvefold / 12.0);
     }
 
     // The squared distance from the site to its farthest vertex.
@@ -103,14 +107,13 @@ public:
     // than to the site.
     bool within_reach_of(const Box<3> &box) const {
         for (std::size_t v = 0; v < size_; ++v) {
-            double to_box = 0.0, to_site = 0.0;
+            double distance2 = 0.0;
             for (int a = 0; a < 3; ++a) {
                 const double c = xyz_[a][v];
-                const double gap = std::max({0.0, box.lo[a] - c, c - box.hi[a]});
-                to_box += gap * gap;
-                to_site += c * c;
+                const double gap = larger(larger(box.lo[a] - c, c - box.hi[a]), 0.0);
+                distance2 += gap * gap;
             }
-            if (to_box <= to_site * (1.0 + 1e-12)) return true;
+            if (distance2 <= r2_[v] * (1.0 + 1e-12)) return true;
         }
         return false;
     }
@@ -119,20 +122,17 @@ private:
     // Half-edge 4v + k, k = 0, 1, 2, leaves vertex v; the three of a vertex are numbered
     // clockwise from outside.
     static std::uint32_t turn(std::uint32_t edge) { return (edge & 3) == 2 ? edge - 2 : edge + 1; }
-    Point<3> vertex(std::size_t v) const { return {xyz_[0][v], xyz_[1][v], xyz_[2][v]}; }
-    bool stays(std::uint32_t v) const { return !(excess_[v] > 0.0); }
+    bool stays(std::uint32_t v) const { return inside_[v] >= 0.0; }
 
-    // How far each vertex lies beyond the plane; whether any does
-    bool evaluate(const HalfSpace<3> &half_space) {
+    // How far inside the plane each vertex lies
+    void evaluate(const HalfSpace<3> &half_space) {
         const auto &[normal, offset] = half_space;
         const double *x = xyz_[0].data(), *y = xyz_[1].data(), *z = xyz_[2].data();
-        double *excess = excess_.data();
-        std::int64_t cut = 0;
-        for (std::size_t v = 0; v < size_; ++v) {
-            excess[v] = normal[0] * x[v] + normal[1] * y[v] + normal[2] * z[v] - offset;
-            cut |= excess[v] > 0.0 ? -1 : 0;
-        }
-        return cut != 0;
+        double *inside = inside_.data();
+        for (std::size_t block = 0; block < size_; block += step)
+            for (std::size_t v = block; v < block + step; v += width)
+                store(inside + v, offset - (normal[0] * load(x + v) + normal[1] * load(y + v) +
+                                            normal[2] * load(z + v)));
     }
 
     // Puts a vertex on each crossing around one hole and links them to a face.
@@ -153,7 +153,6 @@ private:
 
     // The vertex where an edge from a removed to a kept vertex crosses the plane
     std::uint32_t new_vertex(std::uint32_t edge) {
-        crossed_[edge] = 0;
         std::uint32_t v;
         if (free_.empty()) {
             v = static_cast<std::uint32_t>(size_++);
@@ -162,40 +161,45 @@ private:
             free_.pop_back();
         }
         const std::uint32_t out = edge >> 2, back = twin_[edge], in = back >> 2;
-        const double t = excess_[in] / (excess_[in] - excess_[out]);
+        const double t = inside_[in] / (inside_[in] - inside_[out]);
         for (auto &axis : xyz_) axis[v] = axis[in] + t * (axis[out] - axis[in]);
-        alive_[v] = 1;
+        set_radius(v);
         twin_[4 * v] = back;
         twin_[back] = 4 * v;
+        face_[4 * v] = face_[edge];
+        face_[4 * v + 1] = face_[back];
+        face_[4 * v + 2] = static_cast<std::uint32_t>(feet_.size() - 1);
         return v;
     }
 
-    void reserve(std::size_t n) {
-        if (alive_.size() >= n) return;
-        n = std::max<std::size_t>(2 * n, 64);
-        for (auto &axis : xyz_) axis.resize(n);
-        excess_.resize(n);
-        alive_.resize(n);
-        twin_.resize(4 * n);
-        crossed_.resize(4 * n);
+    void set_radius(std::uint32_t v) {
+        r2_[v] = xyz_[0][v] * xyz_[0][v] + xyz_[1][v] * xyz_[1][v] + xyz_[2][v] * xyz_[2][v];
     }
 
-    void update_radius() {
-        squared_radius_ = 0.0;
-        for (std::size_t v = 0; v < size_; ++v)
-            squared_radius_ =
-                std::max(squared_radius_, xyz_[0][v] * xyz_[0][v] + xyz_[1][v] * xyz_[1][v] +
-                                              xyz_[2][v] * xyz_[2][v]);
+    void reserve(std::size_t n) {
+        n = padded(n);
+        if (r2_.size() >= n) return;
+        n *= 2;
+        for (auto &axis : xyz_) axis.resize(n);
+        inside_.resize(n);
+        r2_.resize(n);
+        twin_.resize(4 * n);
+        face_.resize(4 * n);
+        removed_.resize(n);
+        crossings_.resize(3 * n + 1);
     }
+
+    // Loops over all vertices take this many at a time: most cells need two steps
+    static constexpr std::size_t step = 16;
+    static std::size_t padded(std::size_t n) { return (n + step - 1) / step * step; }
 
     std::size_t size_ = 0; // slots in use, some of them free again
     std::array<std::vector<double>, 3> xyz_;
-    std::vector<double> excess_;
-    std::vector<std::uint32_t> twin_;
-    std::vector<std::uint8_t> alive_, crossed_;
+    std::vector<double> inside_, r2_;
+    std::vector<std::uint32_t> twin_; // of each half-edge the opposite one
+    std::vector<std::uint32_t> face_; // and the face on its left
+    std::vector<Point<3>> feet_;      // of each face the point nearest to the site on its plane
     std::vector<std::uint32_t> free_, removed_, crossings_;
-    mutable std::vector<std::uint8_t> seen_;
-    mutable std::vector<Point<3>> face_;
     double squared_radius_ = 0.0;
 };
 

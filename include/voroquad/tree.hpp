@@ -21,13 +21,14 @@
 
 #include "hilbert.hpp"
 #include "points.hpp"
+#include "simd.hpp"
 
 namespace voroquad {
 
 template <int D>
 class PointTree {
 public:
-    static constexpr std::size_t leaf_size = D == 2 ? 8 : 12; // points in a leaf at most
+    static constexpr std::size_t leaf_size = D == 2 ? 12 : 8; // points in a leaf at most
     static constexpr std::size_t fanout = 8;
 
     // Orders the points and builds the boxes; keeps the memory of the set before.
@@ -78,8 +79,7 @@ public:
         const std::size_t first = leaf / fanout * fanout;
         const std::size_t last = std::min(first + fanout, leaves());
         const std::size_t count = leaf_begin_[last] - leaf_begin_[first];
-        const Box<D> box = levels_.size() > 1 ? levels_[1].box(leaf / fanout) : leaf_box(leaf);
-        return box.longest() / root(static_cast<double>(count));
+        return levels_[1].box(leaf / fanout).longest() / root(static_cast<double>(count));
     }
 
     // Calls visit(leaf, squared distance) for the leaves whose box is within `reach2` (squared)
@@ -150,8 +150,8 @@ private:
                 const double *low = lo[a].data() + first, *high = hi[a].data() + first;
                 for (std::size_t c = 0; c < fanout; ++c) {
                     const double above = low[c] - query.hi[a], below = query.lo[a] - high[c];
-                    const double gap = above > below ? above : below;
-                    distance2[c] += gap > 0.0 ? gap * gap : 0.0;
+                    const double gap = larger(larger(above, below), 0.0);
+                    distance2[c] += gap * gap;
                 }
             }
         }
@@ -228,7 +228,7 @@ private:
         }
     }
 
-    // Boxes of the leaves, then of eight boxes each until one is left
+    // Boxes of the leaves, then of eight boxes each until no more than eight are left
     void pack() {
         std::size_t count = leaves();
         levels_.resize(std::max<std::size_t>(levels_.size(), 1));
@@ -241,7 +241,7 @@ private:
                 levels_[0].hi[a][l] = *high;
             }
         std::size_t depth = 1;
-        for (; count > fanout; ++depth) {
+        for (; depth == 1 || count > fanout; ++depth) {
             if (levels_.size() == depth) levels_.emplace_back();
             const Level &below = levels_[depth - 1];
             Level &level = levels_[depth];
