@@ -97,6 +97,7 @@ private:
         n = std::max<std::size_t>(2 * n, 256);
         for (auto &axis : candidate_) axis.resize(n);
         for (auto &axis : turn_) axis.resize(n);
+        for (auto &axis : near_) axis.resize(n + 16);
         distance2_.resize(n);
         chosen_.resize(n);
         nearest_.resize(n);
@@ -111,13 +112,15 @@ private:
             domain.lo[a] = domain_ == Domain::box ? -site_[a] : -0.5;
             domain.hi[a] = domain_ == Domain::box ? 1.0 - site_[a] : 0.5;
         }
-        cell_.reset(domain);
         measure_distances();
         distance2_[own] = std::numeric_limits<double>::infinity();
 
-        // The nearest few, then those still within reach of what is left
-        const double near2 = 2.2 * spacing_ * spacing_;
-        clip_between(0.0, near2);
+        // The nearest points, then those still within reach of what is left
+        const double near2 = (D == 2 ? 4.0 : 2.2) * spacing_ * spacing_;
+        if (!trace(domain, near2)) {
+            cell_.reset(domain);
+            clip_between(0.0, near2);
+        }
         clip_between(near2, reach2());
 
         // All points within reach_ of the leaf's box have been seen
@@ -126,6 +129,45 @@ private:
             seen = std::min({seen, site_[a] - box_.lo[a], box_.hi[a] - site_[a]});
         seen2_ = (seen + reach_) * (seen + reach_) * (1.0 - 1e-12);
         if (reach2() > seen2_) search_far();
+    }
+
+    // The cell of the candidates up to a distance by a faster way than clipping, if there is
+    // one. A side of the domain is the bisector of the site and its mirror image.
+    bool trace(const Box<D> &domain, double near2) {
+        if constexpr (D == 2) {
+            const Point<2> images[] = {{2.0 * domain.lo[0], 0.0},
+                                       {2.0 * domain.hi[0], 0.0},
+                                       {0.0, 2.0 * domain.lo[1]},
+                                       {0.0, 2.0 * domain.hi[1]}};
+            std::size_t count = 0;
+            const auto add = [&](const Point<2> &q) {
+                near_[0][count] = q[0];
+                near_[1][count] = q[1];
+                ++count;
+            };
+            for (std::size_t block = 0; block < candidates_; block += 64) {
+                const std::size_t n = std::min<std::size_t>(candidates_ - block, 64);
+                for_each_bit(bits_below(distance2_.data() + block, n, near2),
+                             [&](std::size_t i) { add(relative_to_site(block + i)); });
+            }
+            for (const auto &q : images)
+                if (dot<2>(q, q) < near2) add(q);
+            if (!cell_.trace(near_[0].data(), near_[1].data(), count)) return false;
+            if (cell_.squared_radius() > near2) return false; // closed by nearly parallel lines
+            for (const auto &q : images)
+                if (const double r2 = dot<2>(q, q); r2 >= near2 && r2 < reach2()) cell_.clip(q);
+            return true;
+        } else {
+            return false;
+        }
+    }
+
+    Point<D> relative_to_site(std::size_t i) const {
+        Point<D> q;
+        for (int a = 0; a < D; ++a) q[a] = candidate_[a][i] - site_[a];
+        if (domain_ == Domain::torus)
+            for (int a = 0; a < D; ++a) q[a] += turn_[a][i];
+        return q;
     }
 
     void measure_distances() {
@@ -176,11 +218,7 @@ private:
         for (std::size_t k = 0; k < count; ++k) {
             const std::uint32_t i = nearest_[k];
             if (distance2_[i] > reach) continue;
-            Point<D> q;
-            for (int a = 0; a < D; ++a) q[a] = candidate_[a][i] - site_[a];
-            if (domain_ == Domain::torus)
-                for (int a = 0; a < D; ++a) q[a] += turn_[a][i];
-            cell_.clip(q);
+            cell_.clip(relative_to_site(i));
             reach = reach2();
         }
     }
@@ -265,7 +303,7 @@ private:
     Box<D> box_{};
     double spacing_ = 0.0, reach_ = 0.0, seen2_ = 0.0;
     std::size_t candidates_ = 0;
-    std::array<std::vector<double>, D> candidate_, turn_;
+    std::array<std::vector<double>, D> candidate_, turn_, near_;
     std::vector<double> distance2_;
     std::vector<std::uint32_t> chosen_, nearest_;
     Point<D> site_{};

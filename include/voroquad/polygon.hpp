@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <vector>
 
 #include "points.hpp"
@@ -25,6 +26,58 @@ public:
         put(3, box.lo[0], box.hi[1]);
         size_ = 4;
         update_radius();
+    }
+
+    // Becomes the cell of the origin among n points at once: walks around it, from edge to
+    // edge. The nearest point's edge holds the point halfway to it; from there on, each edge
+    // ends at the first line that crosses it. False where that leads nowhere: then clip
+    // instead. The arrays need room for `usual` more numbers.
+    bool trace(double *x, double *y, std::size_t n) {
+        std::fill_n(x + n, usual, 0.0); // lines through nothing: they end no edge
+        std::fill_n(y + n, usual, 0.0);
+        const std::size_t nearest = nearest_of(x, y, n);
+        if (nearest == n) return false;
+        n = (n + usual - 1) / usual * usual;
+        reserve(n);
+        double *offset = inside_.data(), *along = r2_.data() + 2 * usual;
+        for (std::size_t i = 0; i < n; i += width) {
+            const Vector qx = load(x + i), qy = load(y + i);
+            store(offset + i, 0.5 * (qx * qx + qy * qy));
+        }
+
+        constexpr double infinity = std::numeric_limits<double>::infinity();
+        std::size_t edge = nearest;
+        double px = 0.5 * x[edge], py = 0.5 * y[edge];
+        size_ = 0;
+        do {
+            // Along the edge, counter-clockwise, p + t d: where each line crosses it
+            const double dx = -y[edge], dy = x[edge];
+            Vector first[usual / width];
+            for (Vector &f : first) f = Vector{} + infinity;
+            for (std::size_t i = 0; i < n; i += usual)
+                for (std::size_t k = 0; k < usual / width; ++k) {
+                    const std::size_t j = i + k * width;
+                    const Vector qx = load(x + j), qy = load(y + j);
+                    const Vector towards = qx * dx + qy * dy;
+                    const Vector t = (load(offset + j) - (qx * px + qy * py)) / towards;
+                    const Vector crossing = towards > 0.0 ? t : Vector{} + infinity;
+                    store(along + j, crossing);
+                    first[k] = crossing < first[k] ? crossing : first[k];
+                }
+            double t = infinity;
+            for (const Vector &f : first)
+                for (std::size_t k = 0; k < width; ++k) t = f[k] < t ? f[k] : t;
+            if (!(t < infinity) || size_ == 2 * usual) return false;
+            px += t * dx;
+            py += t * dy;
+            x_[size_] = px;
+            y_[size_++] = py;
+            edge = 0;
+            while (along[edge] != t) ++edge;
+        } while (edge != nearest);
+        for (std::size_t i = 0; i < size_; ++i) r2_[i] = x_[i] * x_[i] + y_[i] * y_[i];
+        update_radius();
+        return true;
     }
 
     // Keeps what is nearer to the origin than to `q`.
@@ -96,6 +149,18 @@ public:
     Point<2> vertex(std::size_t i) const { return {x_[i], y_[i]}; }
 
 private:
+    // The point nearest to the origin; n if there is none, or none far enough to tell lines apart
+    static std::size_t nearest_of(const double *x, const double *y, std::size_t n) {
+        std::size_t nearest = n;
+        double least = std::numeric_limits<double>::infinity();
+        for (std::size_t i = 0; i < n; ++i) {
+            const double r2 = x[i] * x[i] + y[i] * y[i];
+            nearest = r2 < least ? i : nearest;
+            least = r2 < least ? r2 : least;
+        }
+        return least > 1e-280 ? nearest : n;
+    }
+
     // How far inside the line each vertex lies
     void evaluate(double a, double b, double c, std::size_t n) {
         const double *x = x_.data(), *y = y_.data();
@@ -153,7 +218,7 @@ private:
     }
 
     void reserve(std::size_t n) {
-        n += 2 * usual;
+        n += 4 * usual;
         if (x_.size() >= n) return;
         for (auto *numbers : {&x_, &y_, &r2_, &inside_})
             numbers->resize(std::max<std::size_t>(2 * n, 32));
