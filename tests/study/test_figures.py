@@ -10,7 +10,7 @@ from voroquad.study.figures_bias_plane import draw_bias_plane
 from voroquad.study.figures_bins import StepDensity, draw_bins
 from voroquad.study.figures_cells import draw_cells
 from voroquad.study.functions import INTEGRANDS
-from voroquad.study.style import spread
+from voroquad.style import spread
 
 
 @pytest.mark.statistical

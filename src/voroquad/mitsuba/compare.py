@@ -55,6 +55,7 @@ METHODS = (
     Method("stratified-w", "stratified + w", "reweighted", _sets("stratified", True)),
     Method("zero-two", "zero-two", "reweighted", _sets("zero-two", False)),
     Method("sobol", "Sobol'", "reweighted", _sets("sobol", False)),
+    Method("sobol-w", "Sobol' + w", "reweighted", _sets("sobol", True)),
     Method("halton", "Halton", "reweighted", _sets("halton", False)),
     Method("independent", "Mitsuba independent", "plain", {"scene_sampler": {"type": "independent"}}),
     Method("multijitter", "Mitsuba multijitter", "plain", {"scene_sampler": {"type": "multijitter"}}),
@@ -257,7 +258,7 @@ def _report(folder: Path, reference: Reference, measured: list[Measurement], com
         f"is the mean of {reference.rounds} rounds of unweighted Sobol' sets, {reference.spp} samples per pixel in "
         f"all; half of it against the other half puts its own MSE at {reference.mse:.2g}.",
         figures=[
-            Figure("mse.png", "Mean squared error against samples per pixel; slopes in brackets.",
+            Figure("mse.png", "Mean squared error against samples per pixel; weighted sets solid, others dashed.",
                    "Log-log plot of the mean squared error of each method", "mse.svg", "errors.csv"),
         ],
         tables=[Table("errors.csv", "Mean squared error (linear RGB), mean ꟻLIP (sRGB) and time of each image.")],

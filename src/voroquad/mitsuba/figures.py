@@ -4,13 +4,26 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import matplotlib
 import numpy as np
 from matplotlib import colormaps
-from matplotlib.figure import Figure
 from matplotlib.image import imsave
+from matplotlib.ticker import NullFormatter, NullLocator
 from numpy.typing import NDArray
 
+from ..style import (
+    BLUE,
+    FAINT,
+    GREEN,
+    INK,
+    MUTED,
+    PURPLE,
+    SKY,
+    VERMILION,
+    LineLabel,
+    house_style,
+    label_line_ends,
+    new_figure,
+)
 from .render import Image, srgb
 
 Window = tuple[slice, slice]
@@ -42,29 +55,45 @@ def closeup_windows(error: Image, count: int = 2, share: int = 5) -> list[Window
     return windows
 
 
+#: Colour of a method by its sampler, the first words of its label
+_COLORS = {
+    "uniform": BLUE,
+    "stratified": VERMILION,
+    "zero-two": SKY,
+    "Sobol'": GREEN,
+    "Halton": PURPLE,
+    "Mitsuba independent": MUTED,
+    "Mitsuba multijitter": INK,
+}
+
+
 def mse_figure(
     stem: Path, curves: dict[str, tuple[list[int], list[float], float | None]], reference_mse: float
 ) -> None:
     """Log-log plot of (spp, mse, slope) per method, as .png and .svg beside `stem`."""
-    colours = ("#888888", "#000000", "#7fb3d5", "#1f5f99", "#e59866", "#c0392b", "#8e6bb0", "#b0b0b0", "#4f9d69")
-    styles = {"uniform": "--", "stratified": "--", "Mitsuba independent": ":", "Mitsuba multijitter": ":"}
-    with matplotlib.rc_context({"svg.hashsalt": "voroquad", "font.size": 10}):
-        figure = Figure(figsize=(7.6, 5), layout="constrained")
+    spp = next(iter(curves.values()))[0]
+    labels = []
+    with house_style():
+        figure = new_figure(4.4)
         axes = figure.add_subplot()
-        for (label, (spp, mse, slope)), colour in zip(curves.items(), colours, strict=True):
-            bold = 2.4 if label.endswith("+ w") else 1.4
-            name = label if slope is None else f"{label}  (" + f"{slope:.2f})".replace("-", "−")
-            axes.loglog(spp, mse, styles.get(label, "-"), marker="o", ms=4, lw=bold, color=colour, label=name)
-        axes.axhline(reference_mse, color="#bbbbbb", lw=0.8)
-        axes.annotate("error of the reference", (axes.get_xlim()[0], reference_mse), xytext=(6, 3),
-                      textcoords="offset points", color="#888888", fontsize=8)  # fmt: skip
-        spp = next(iter(curves.values()))[0]
+        for label, (_, mse, slope) in curves.items():
+            sampler = label.removesuffix(" + w")
+            weighted = {"marker": "o", "ms": 4, "lw": 1.8} if sampler != label else {"ls": "--", "lw": 1.2}
+            axes.plot(spp, mse, color=_COLORS[sampler], **weighted)
+            text = label if slope is None else f"{label}  " + f"{slope:.1f}".replace("-", "−")
+            labels.append(LineLabel(text, mse[-1], _COLORS[sampler]))
+        axes.axhline(reference_mse, color=FAINT, lw=0.8)
+        axes.annotate("error of the reference", (spp[0], reference_mse), xytext=(0, 3),
+                      textcoords="offset points", color=MUTED, fontsize=8)  # fmt: skip
+        axes.set(xscale="log", yscale="log", xlabel="samples per pixel", xlim=(spp[0] * 0.9, spp[-1] * 1.1))
         axes.set_xticks(spp, [str(n) for n in spp])
-        axes.minorticks_off()
-        axes.set_xlabel("samples per pixel")
-        axes.set_ylabel("mean squared error")
-        axes.grid(True, color="#e6e6e6", lw=0.6)
-        axes.spines[["top", "right"]].set_visible(False)
-        figure.legend(loc="outside right upper", frameon=False, title="method (slope)")
-        figure.savefig(stem.with_suffix(".png"), dpi=150)
+        axes.xaxis.set_minor_locator(NullLocator())
+        axes.yaxis.set_minor_formatter(NullFormatter())
+        axes.grid(True, axis="y")
+        axes.set_title("Mean squared error")
+        if len(spp) > 1:
+            axes.set_title("slope", loc="right", fontsize=9, fontweight="normal")
+        figure.draw_without_rendering()
+        label_line_ends(axes, spp[-1], labels)
+        figure.savefig(stem.with_suffix(".png"))
         figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})

@@ -10,7 +10,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from .. import results
-from .style import house_style
+from ..style import house_style
 
 #: A table: one mapping from column to value per row, all with the same columns.
 Rows = Sequence[Mapping[str, object]]

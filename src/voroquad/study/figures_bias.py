@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from ..bias import bias_function
 from ..samplers import sample
+from ..style import BLUE, FAINT, GREEN, INK, MUTED, VERMILION, house_style, new_figure
 from ..weights import weights
 from .drawing import Drawing
-from .style import BLUE, FAINT, GREEN, INK, MUTED, VERMILION, house_style, new_figure
 
 Array = NDArray[np.float64]
 COLORS = (BLUE, GREEN, VERMILION)

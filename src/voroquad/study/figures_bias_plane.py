@@ -7,8 +7,8 @@ from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 
 from ..bias import bias_function
+from ..style import BLUE, INK, VERMILION, house_style, new_figure
 from .drawing import Drawing
-from .style import BLUE, INK, VERMILION, house_style, new_figure
 
 N = 64
 PIXELS = 256

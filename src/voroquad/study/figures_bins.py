@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 
 from ..cells import cells
 from ..samplers import sample
+from ..style import BLUE, FAINT, INK, MUTED, VERMILION, house_style, new_figure
 from ..weights import weights
 from .drawing import Drawing
 from .functions import INTEGRANDS, Integrand
-from .style import BLUE, FAINT, INK, MUTED, VERMILION, house_style, new_figure
 
 Array = NDArray[np.float64]
 SAMPLES = 20

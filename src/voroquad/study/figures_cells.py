@@ -9,8 +9,8 @@ from matplotlib.colors import TwoSlopeNorm
 
 from ..cells import cells
 from ..samplers import SampleSet, sample
+from ..style import INK, house_style, new_figure
 from .drawing import Drawing
-from .style import INK, house_style, new_figure
 
 SAMPLES = 100
 _HEAVIEST = 3.0  # end of the colour scale, in fair shares
