@@ -50,3 +50,39 @@ def test_help_names_the_commands():
     run = voroquad("--help")
     assert run.returncode == 0
     assert "weights" in run.stdout
+
+
+def test_integrate_prints_a_value_with_its_uncertainty():
+    run = voroquad("integrate", "exp(x) * y", "--bounds", "0:1,0:2", "-n", "400", "--seed", 1, "--json")
+    assert run.returncode == 0, run.stderr
+    result = json.loads(run.stdout)
+    assert abs(result["integral"] - 2 * (np.e - 1)) < 1e-8
+    assert result["interval"][0] < result["integral"] < result["interval"][1]
+    assert result["n_evaluations"] == 400
+    plain = voroquad("integrate", "(x < 0.3) * 1", "--bounds", "0:1", "--seed", 1).stdout
+    assert plain.startswith("0.")
+    assert "(" in plain
+
+
+def test_integrate_says_where_a_formula_is_not_finite_and_prints_valid_json():
+    run = voroquad("integrate", "log(x)", "--bounds=-1:1", "--seed", 1, "--json")
+    assert "not finite at" in run.stderr
+    assert json.loads(run.stdout)["integral"] is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["x.real", "--bounds", "0:1"], "Attribute is not allowed"),
+        (["__import__('os')", "--bounds", "0:1"], "no function"),
+        (["x", "--bounds", "0-1"], "cannot read '0-1'"),
+        (["x + q", "--bounds", "0:1"], "unknown name 'q'"),
+        (["x", "--bounds", "0:1", "-n", "0"], "n_points"),
+        (["x", "--bounds", "0:1", "--level", "95"], "level"),
+    ],
+)
+def test_integrate_refuses_in_one_line(arguments, message):
+    run = voroquad("integrate", *arguments)
+    assert run.returncode == 2
+    assert message in run.stderr
+    assert len(run.stderr.strip().splitlines()) == 1

@@ -30,6 +30,19 @@ namespace voroquad {
 // lowered fit can cost a smooth integrand more than a thousand rough weights.
 inline constexpr double largest_leverage = 1e4;
 
+// The highest order, at most `order`, of which a lane's solution of Rᵀ u = g keeps the leverage
+// small.
+inline int highest_order(const TotalDegree &terms, const std::vector<Pack> &solution, int lane,
+                         int order) {
+    double leverage = 0.0;
+    std::size_t k = 0;
+    for (int p = 0; p <= order; ++p) {
+        for (; k < terms.size(p); ++k) leverage += solution[k][lane] * solution[k][lane];
+        if (p > 0 && !(leverage <= largest_leverage)) return p - 1;
+    }
+    return order;
+}
+
 // The strata of the unit box, and around each of them its block: width_a strata along axis a,
 // with the stratum in the middle or, near the border, as close to it as the block can come.
 class StrataBlocks {
@@ -178,16 +191,8 @@ private:
                 }
             terms_.multiply(factors_.data(), basis_.data());
             fit_.solve_transposed(basis_.data(), solution_.data());
-            for (int l = 0; l < Pack::lanes; ++l) limit_order(l);
-        }
-    }
-
-    void limit_order(int lane) {
-        double leverage = 0.0;
-        std::size_t k = 0;
-        for (int order = 0; order <= order_[lane]; ++order) {
-            for (; k < terms_.size(order); ++k) leverage += solution_[k][lane] * solution_[k][lane];
-            if (order > 0 && !(leverage <= largest_leverage)) order_[lane] = order - 1;
+            for (int l = 0; l < Pack::lanes; ++l)
+                order_[l] = highest_order(terms_, solution_, l, order_[l]);
         }
     }
 

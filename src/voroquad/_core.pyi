@@ -30,3 +30,14 @@ def boundary_control(
     strata: tuple[int, ...],
     threads: int,
 ) -> NDArray[np.float64]: ...
+def cross_fit_controls(
+    samples: NDArray[np.float64],
+    centres: NDArray[np.float64],
+    half_width: NDArray[np.float64],
+    radius: NDArray[np.float64],
+    neighbours: NDArray[np.int64],
+    order: int,
+    test: NDArray[np.float64],
+    starts: NDArray[np.int64],
+    threads: int,
+) -> NDArray[np.float64]: ...

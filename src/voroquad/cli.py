@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import json
+import math
 import sys
+import warnings
 from pathlib import Path
 from typing import Annotated
 
@@ -43,6 +45,38 @@ def weights(
         print(json.dumps(summary))
     else:
         print(f"{summary['n']} points in d = {summary['d']}, sum of weights {summary['sum']:.15g}: {output}")
+
+
+@app.command()
+def integrate(
+    expression: Annotated[str, typer.Argument(help="Formula in x, y, z or x1, x2, …, such as 'exp(x) * (y < x)'.")],
+    bounds: Annotated[str, typer.Option(help="Limits lower:upper of each variable, such as 0:1,-inf:2.")],
+    n_points: Annotated[int, typer.Option("-n", "--n-points", help="Largest number of evaluations.")] = 1024,
+    level: Annotated[float, typer.Option(help="Of the confidence interval.")] = 0.95,
+    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Integrate a formula over a box: value(uncertainty)."""
+    from .expression import compile_expression, parse_bounds
+    from .quadrature import quad
+
+    a, b = parse_bounds(bounds)
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        result = quad(compile_expression(expression, len(a)), a, b, n_points=n_points, rng=seed)
+        interval = result.confidence_interval(level)
+    for warning in caught:
+        print(f"voroquad: {warning.message}", file=sys.stderr)
+    if as_json:
+        low, high = interval
+        numbers = {
+            "integral": _number(result.integral),
+            "standard_error": _number(result.standard_error),
+            "interval": [_number(low), _number(high)],
+        }
+        print(json.dumps(numbers | {"level": level, "n_evaluations": result.n_evaluations}))
+    else:
+        print(result)
 
 
 Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")]
@@ -174,6 +208,11 @@ def main() -> None:
     except KeyboardInterrupt:
         print("voroquad: interrupted; nothing half-written was left", file=sys.stderr)
         sys.exit(130)
+
+
+def _number(value: float) -> float | None:
+    """JSON has no infinities and no NaN."""
+    return value if math.isfinite(value) else None
 
 
 def _one_line(error: BaseException) -> str:

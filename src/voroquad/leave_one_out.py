@@ -29,6 +29,16 @@ DEFAULT_ORDERS = {
 }
 
 
+#: What (Σ (|S_i| r_i)²)^½ is multiplied by to give the standard error, by dimension and default order:
+#: benchmarks/calibrate_errors.py found them, last column of benchmarks/results/error_scale.csv.
+ERROR_SCALE = {
+    (1, 2): 0.49, (1, 4): 0.51, (1, 6): 0.67, (1, 8): 0.92,
+    (2, 1): 1.02, (2, 3): 0.86, (2, 5): 1.08, (2, 6): 0.97, (2, 8): 0.92,
+    (3, 1): 1.84, (3, 2): 0.99, (3, 4): 0.98, (3, 5): 1.13,
+    (4, 1): 1.27, (4, 3): 0.99,
+}  # fmt: skip
+
+
 def check_order(order: object, d: int) -> None:
     """Raise ValueError for an order that no rule has in d dimensions."""
     highest = HIGHEST_ORDER.get(d, 0)
@@ -89,8 +99,10 @@ def default_order(strata: tuple[int, ...]) -> int:
 
 
 def error_scale(order: int, strata: tuple[int, ...]) -> float:
-    """The factor between (Σ (|S_i| r_i)²)^½ and the standard error of a set."""
-    return 1.0
+    """The factor between (Σ (|S_i| r_i)²)^½ and the standard error of a set (:data:`ERROR_SCALE`)."""
+    d = len(strata)
+    calibrated = [scale for (dimension, _), scale in ERROR_SCALE.items() if dimension == min(d, 4)]
+    return ERROR_SCALE.get((d, stencil(order, strata).order), max(calibrated))
 
 
 def fit_strata(samples: SampleSet, order: int, threads: int, values: Array | None = None) -> tuple[Array, Array]:

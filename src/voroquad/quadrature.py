@@ -12,11 +12,12 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
+from . import cross_fit
 from ._checks import one_of, positive_int, thread_count
 from .integrand import Integrand, IntegrationWarning
 from .leave_one_out import check_order, default_order, error_scale, fit_strata
 from .samplers import EngineFactory, Rng, grid_shape, sample
-from .weights import DEBIAS, weights
+from .weights import DEBIAS, RANDOMISED, weights
 
 Array = NDArray[np.float64]
 
@@ -118,7 +119,8 @@ def quad(
         Lower and upper limits. They may be infinite. Where b < a the sign changes, as usual.
     n_points : int
         Largest number of evaluations of an estimate. A stratified set has the largest near-cubic
-        grid of at most that many strata.
+        grid of at most that many strata; other samplers split them into eight replicates where
+        n_estimates is 1.
     n_estimates : int
         Number of independent sets; the result is their mean, its error comes from their spread.
     sampler : str or callable
@@ -173,7 +175,7 @@ def quad(
     n_points, n_estimates = positive_int("n_points", n_points), positive_int("n_estimates", n_estimates)
     threads = thread_count(threads)
     integrand = Integrand(func, a, b)
-    if sampler == "auto":
+    if isinstance(sampler, str) and sampler == "auto":
         sampler = "stratified" if integrand.d <= 4 else "sobol"
     one_of("debias", debias, DEBIAS)
     if order != "auto":
@@ -227,14 +229,27 @@ def _replicates(
     rng: np.random.Generator,
     threads: int,
 ) -> _Estimate:
-    """Any rule of :func:`voroquad.weights` on independent sets; one estimate is split into eight."""
+    """Any rule of :func:`voroquad.weights` on independent sets; one estimate is split into eight.
+
+    With nothing asked for: cross-fit where there are points enough for it to pay, else the plain mean.
+    """
     if sets == 1 and n_points >= 2 * REPLICATES:
         sets, n_points = REPLICATES, n_points // REPLICATES
     samples = sample(sampler, n_points, integrand.d, sets=sets, rng=rng)
-    values = _values(integrand, samples.points)
-    p = 0 if order == "auto" else int(order)
-    w = weights(samples, order=p, debias=debias, threads=threads)
-    return _across_sets(np.einsum("sn,sfn->sf", w, values), samples.n)
+    fits = sets > 1 and debias in ("auto", "cross-fit") and samples.design in RANDOMISED
+    p = order if order != "auto" else cross_fit.default_order(sets * n_points, samples.d) if fits else None
+    if fits and p:
+        shares = cross_fit.fit_replicates(samples.points, int(p), threads)
+        means = np.einsum("rsn,sfn->rf", shares, _values(integrand, samples.points))
+    else:
+        plain = order == "auto" and debias == "auto"
+        w = (
+            np.full((sets, n_points), 1 / n_points)
+            if plain
+            else weights(samples, order=int(p or 0), debias=debias, threads=threads)
+        )
+        means = np.einsum("sn,sfn->sf", w, _values(integrand, samples.points))
+    return _across_sets(means, n_points)
 
 
 def _values(integrand: Integrand, points: Array) -> Array:

@@ -12,10 +12,11 @@ from . import debias as _debias
 from ._checks import one_of, thread_count
 from .boundary_control import boundary_control
 from .cells import cells
+from .cross_fit import weigh_replicates
 from .leave_one_out import weigh_strata
 from .samplers import SampleSet, as_sample_set, stratum_index
 
-DEBIAS = ("none", "bias-function", "exchange", "leave-one-out", "auto")
+DEBIAS = ("none", "bias-function", "exchange", "leave-one-out", "cross-fit", "auto")
 MAX_ORDER = 8
 
 
@@ -36,13 +37,15 @@ def weights(
     order : int
         0: a sample stands for its Voronoi cell. p ≥ 1: polynomials of total degree p are integrated
         exactly; where a set has too few strata for p, the highest degree that it supports.
-    debias : {"none", "bias-function", "exchange", "leave-one-out", "auto"}
+    debias : {"none", "bias-function", "exchange", "leave-one-out", "cross-fit", "auto"}
         ``"none"``: the measures of the Voronoi cells; consistent, but biased near the border.
         ``"bias-function"``: the measures over the bias function G; unbiased, Σ w ≠ 1.
         ``"exchange"``: unbiased with Σ w = 1 and no loss of rate.
         ``"leave-one-out"``: unbiased with Σ w = 1. Order 0: the measures less what they owe to the
         border, as the values nearest among the other samples tell; weights may be negative. Higher
         orders: each sample corrects a polynomial fitted to the others around it.
+        ``"cross-fit"``: unbiased; each of several independent sets corrects a reconstruction from the
+        others. The estimate is the mean over the sets; its weights sum to 1, those of one set need not.
         ``"auto"``: an exactly unbiased choice for the design.
     design : str, optional
         How bare points were drawn: a sampler's name. Rules other than ``"none"`` must know.
@@ -76,6 +79,8 @@ def weights(
     ``leave-one-out``   0        1 to 3 uniform, stratified            yes       yes
     ``leave-one-out``   1 to 8   1 to 3 stratified                     yes       yes
     ``leave-one-out``   1 to 3   4 to 8 stratified                     yes       yes
+    ``cross-fit``       1 to 8   1 to 3 randomised, two sets or more   yes       mean
+    ``cross-fit``       1 to 3   4 to 8 randomised, two sets or more   yes       mean
     ==================  =======  =====  =============================  ========  ======
 
     References
@@ -108,6 +113,7 @@ class Rule:
     dimensions: range
     designs: tuple[str, ...] | None  # None: any
     compute: Callable[[SampleSet, int, int], NDArray[np.float64]]
+    fewest_sets: int = 1
 
     def covers(self, samples: SampleSet, order: int) -> bool:
         """Whether the rule has a meaning for this set and order."""
@@ -115,11 +121,13 @@ class Rule:
             order in self.orders
             and samples.d in self.dimensions
             and (self.designs is None or samples.design in self.designs)
+            and (self.fewest_sets == 1 or (samples.points.ndim == 3 and len(samples.points) >= self.fewest_sets))
         )
 
     def __str__(self) -> str:
         designs = "any design" if self.designs is None else "design " + " or ".join(self.designs)
-        return f"debias={self.debias!r} with order {_span(self.orders)}, d = {_span(self.dimensions)}, {designs}"
+        sets = "" if self.fewest_sets == 1 else f", points (sets, n, d) with {self.fewest_sets} sets or more"
+        return f"debias={self.debias!r} with order {_span(self.orders)}, d = {_span(self.dimensions)}, {designs}{sets}"
 
 
 def find_rule(samples: SampleSet, order: int, debias: str) -> Rule:
@@ -169,6 +177,9 @@ def _span(numbers: range) -> str:
     return str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]} to {numbers[-1]}"
 
 
+#: Designs whose every point is uniform in the unit box, independently of the other sets.
+RANDOMISED = ("uniform", "stratified", "sobol", "halton", "zero-two", "latinhypercube")
+
 #: Every rule there is. debias="auto" takes the first unbiased one that covers the set.
 RULES = (
     Rule("exchange", range(1), range(1, 2), ("uniform",), _exchange_uniform),
@@ -176,6 +187,8 @@ RULES = (
     Rule("leave-one-out", range(1), range(1, 4), ("uniform", "stratified"), _boundary_control),
     Rule("leave-one-out", range(1, 9), range(1, 4), ("stratified",), weigh_strata),
     Rule("leave-one-out", range(1, 4), range(4, 9), ("stratified",), weigh_strata),
+    Rule("cross-fit", range(1, 9), range(1, 4), RANDOMISED, weigh_replicates, fewest_sets=2),
+    Rule("cross-fit", range(1, 4), range(4, 9), RANDOMISED, weigh_replicates, fewest_sets=2),
     Rule("bias-function", range(1), range(1, 4), ("uniform", "stratified"), _over_bias_function),
     Rule("none", range(1), range(1, 4), None, _voronoi),
 )
