@@ -66,7 +66,8 @@ def fit_replicates(points: Array, order: int, threads: int) -> Array:
     weights = np.empty((sets, sets, n))
     for r in range(sets):
         others = np.ascontiguousarray(np.delete(points, r, axis=0).reshape(m, d))
-        distance, neighbours = cKDTree(others).query(boxes, k=np.arange(1, k + 2), workers=1)
+        found = cKDTree(others).query(boxes, k=np.arange(1, k + 2))
+        distance, neighbours = np.asarray(found[0]), np.asarray(found[1])
         radius = distance[:, k] if m > k else distance[:, k - 1] * (1 + 1 / k)
         home = np.minimum((points[r] * per_axis).astype(np.intp), per_axis - 1)
         box_of = np.ravel_multi_index(tuple(home.T), (per_axis,) * d)
