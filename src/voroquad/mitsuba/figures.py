@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from matplotlib import colormaps
@@ -78,7 +79,9 @@ def mse_figure(
         axes = figure.add_subplot()
         for label, (_, mse, slope) in curves.items():
             sampler = label.removesuffix(" + w")
-            weighted = {"marker": "o", "ms": 4, "lw": 1.8} if sampler != label else {"ls": "--", "lw": 1.2}
+            weighted: dict[str, Any] = (
+                {"marker": "o", "ms": 4, "lw": 1.8} if sampler != label else {"ls": "--", "lw": 1.2}
+            )
             axes.plot(spp, mse, color=_COLORS[sampler], **weighted)
             text = label if slope is None else f"{label}  " + f"{slope:.1f}".replace("-", "−")
             labels.append(LineLabel(text, mse[-1], _COLORS[sampler]))
