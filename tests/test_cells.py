@@ -212,6 +212,16 @@ def test_no_density_is_too_uneven(kind, d):
     assert abs(measures.sum() - 1) <= 1e-12
 
 
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("periodic", [False, True])
+def test_points_a_hair_apart_on_a_face(d, periodic):
+    """Their bisectors are one line but for rounding: walking around the cell must not go round twice."""
+    rng = np.random.default_rng(9)
+    x = rng.integers(0, 8, (200, d)) / 8
+    x[:60, 0] = 10.0 ** -rng.uniform(1, 300, 60)
+    assert abs(vq.cells(x, periodic=periodic).measures.sum() - 1) <= 1e-12
+
+
 @pytest.mark.parametrize("shape", [(30_000, 1), (30_000, 2), (10_000, 3), (50, 64, 1), (50, 64, 2), (50, 64, 3)])
 @pytest.mark.parametrize("periodic", [False, True])
 def test_bits_do_not_depend_on_threads(shape, periodic):

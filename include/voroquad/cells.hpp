@@ -322,55 +322,56 @@ struct CellWorkspace<1> {
 };
 
 // Calls visit(site, cell, worker) for every distinct point in parallel, along the tree's curve.
-template <int D, class Visit>
-void for_each_cell(CellWorkspace<D> &work, Domain domain, unsigned threads, Visit &&visit) {
+template <int D, class Visit, class Pause = NoPause>
+void for_each_cell(CellWorkspace<D> &work, Domain domain, unsigned threads, Visit &&visit,
+                   Pause &&pause = {}) {
     if (work.cutters.size() < threads) work.cutters.resize(threads);
-    parallel_for(work.tree.leaves(), 128, threads,
-                 [&](std::size_t begin, std::size_t end, unsigned worker) {
-                     for (std::size_t leaf = begin; leaf < end; ++leaf)
-                         work.cutters[worker].cut_leaf(work.tree, domain, leaf,
-                                                       [&](std::size_t site, const auto &cell) {
-                                                           visit(site, cell, worker);
-                                                       });
-                 });
+    const auto cut_leaves = [&](std::size_t begin, std::size_t end, unsigned worker) {
+        for (std::size_t leaf = begin; leaf < end; ++leaf)
+            work.cutters[worker].cut_leaf(
+                work.tree, domain, leaf,
+                [&](std::size_t site, const auto &cell) { visit(site, cell, worker); });
+    };
+    parallel_for(work.tree.leaves(), 128, threads, cut_leaves, pause);
 }
 
 // Lengths, areas or volumes of the cells. Points that coincide share their cell equally.
-template <int D>
+template <int D, class Pause = NoPause>
 void cell_measures(const PointView<D> &points, Domain domain, double *measures,
-                   CellWorkspace<D> &work, unsigned threads = 1) {
+                   CellWorkspace<D> &work, unsigned threads = 1, Pause &&pause = {}) {
     if constexpr (D == 1) {
         cell_lengths(points, domain, measures, work.order);
     } else {
         if (points.size() == 0) return;
         work.tree.build(points);
-        for_each_cell(work, domain, threads, [&](std::size_t site, const auto &cell, unsigned) {
+        const auto share = [&](std::size_t site, const auto &cell, unsigned) {
             const auto here = work.tree.points_at(site);
-            const double share = cell.measure() / static_cast<double>(here.size());
-            for (const std::size_t i : here) measures[i] = share;
-        });
+            const double measure = cell.measure() / static_cast<double>(here.size());
+            for (const std::size_t i : here) measures[i] = measure;
+        };
+        for_each_cell(work, domain, threads, share, pause);
     }
 }
 
-// Measures of `sets` independent sets of n points of [0,1]^D each, in parallel over sets
+// Measures of independent sets of n points of [0,1]^D each; set(s) is the PointView of one.
+// In parallel over sets
 // where there are enough of them and over cells elsewhere. Every measure depends on its
 // own set only: the result is the same to the last bit for any number of threads.
-template <int D>
-void cell_measures_of_sets(const double *points, std::size_t sets, std::size_t n, Domain domain,
-                           double *measures, unsigned threads) {
-    const auto set = [&](std::size_t s) { return PointView<D>(points + s * n * D, n); };
+template <int D, class Set, class Pause = NoPause>
+void cell_measures_of_sets(Set &&set, std::size_t sets, std::size_t n, Domain domain,
+                           double *measures, unsigned threads, Pause &&pause = {}) {
     if (sets >= 2 * std::size_t{threads} || n < 4096) {
         std::vector<CellWorkspace<D>> work(std::max(1u, threads));
         const std::size_t grain = std::max<std::size_t>(1, 1024 / std::max<std::size_t>(n, 1));
-        parallel_for(sets, grain, threads,
-                     [&](std::size_t begin, std::size_t end, unsigned worker) {
-                         for (std::size_t s = begin; s < end; ++s)
-                             cell_measures(set(s), domain, measures + s * n, work[worker]);
-                     });
+        const auto measure_sets = [&](std::size_t begin, std::size_t end, unsigned worker) {
+            for (std::size_t s = begin; s < end; ++s)
+                cell_measures<D>(set(s), domain, measures + s * n, work[worker]);
+        };
+        parallel_for(sets, grain, threads, measure_sets, pause);
     } else {
         CellWorkspace<D> work;
         for (std::size_t s = 0; s < sets; ++s)
-            cell_measures(set(s), domain, measures + s * n, work, threads);
+            cell_measures<D>(set(s), domain, measures + s * n, work, threads, pause);
     }
 }
 

@@ -24,15 +24,24 @@ inline unsigned default_thread_count() {
 // Calls body(begin, end, worker) for chunks of at most `grain` indices that
 // partition [0, n). Chunks are handed out as threads become free, so results
 // may depend on the index only, never on `worker`, which is there to pick a
-// scratch space. The first exception thrown by a body is rethrown here.
-template <class Body>
-void parallel_for(std::size_t n, std::size_t grain, unsigned threads, Body &&body) {
+// scratch space. The calling thread calls pause() before each of its chunks; the first
+// exception thrown there or by a body ends the loop early and is rethrown here.
+struct NoPause {
+    void operator()() const {}
+};
+
+template <class Body, class Pause = NoPause>
+void parallel_for(std::size_t n, std::size_t grain, unsigned threads, Body &&body,
+                  Pause &&pause = {}) {
     grain = std::max<std::size_t>(grain, 1);
     const std::size_t chunks = (n + grain - 1) / grain;
     const auto workers = static_cast<unsigned>(
         std::min<std::size_t>(std::max(1u, threads), std::max<std::size_t>(chunks, 1)));
     if (workers == 1) {
-        if (n > 0) body(std::size_t{0}, n, 0u);
+        for (std::size_t begin = 0; begin < n; begin += grain) {
+            pause();
+            body(begin, std::min(begin + grain, n), 0u);
+        }
         return;
     }
 
@@ -41,8 +50,10 @@ void parallel_for(std::size_t n, std::size_t grain, unsigned threads, Body &&bod
     std::mutex error_guard;
     auto work = [&](unsigned worker) {
         try {
-            for (std::size_t begin; (begin = next.fetch_add(grain)) < n;)
+            for (std::size_t begin; (begin = next.fetch_add(grain)) < n;) {
+                if (worker == 0) pause();
                 body(begin, std::min(begin + grain, n), worker);
+            }
         } catch (...) {
             const std::scoped_lock lock(error_guard);
             if (!error) error = std::current_exception();

@@ -38,6 +38,7 @@ public:
         const std::size_t nearest = nearest_of(x, y, n);
         if (nearest == n) return false;
         n = (n + usual - 1) / usual * usual;
+        if (n > 64) return false;
         reserve(n);
         double *offset = inside_.data(), *along = r2_.data() + 2 * usual;
         for (std::size_t i = 0; i < n; i += width) {
@@ -47,6 +48,7 @@ public:
 
         constexpr double infinity = std::numeric_limits<double>::infinity();
         std::size_t edge = nearest;
+        std::uint64_t walked = 0; // edges walked along: once each, or rounding has led astray
         double px = 0.5 * x[edge], py = 0.5 * y[edge];
         size_ = 0;
         do {
@@ -74,6 +76,8 @@ public:
             y_[size_++] = py;
             edge = 0;
             while (along[edge] != t) ++edge;
+            if (walked >> edge & 1) return false;
+            walked |= std::uint64_t{1} << edge;
         } while (edge != nearest);
         for (std::size_t i = 0; i < size_; ++i) r2_[i] = x_[i] * x_[i] + y_[i] * y_[i];
         update_radius();

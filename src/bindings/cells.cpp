@@ -11,16 +11,22 @@ namespace {
 
 Domain domain_of(bool periodic) { return periodic ? Domain::torus : Domain::box; }
 
-Array<double> measures(Sets points, bool periodic, unsigned threads) {
+template <int D>
+void fill_measures(const StridedSets &points, Domain domain, double *out, unsigned threads) {
+    const auto set = [&](std::size_t s) {
+        return PointView<D>(points.data() + static_cast<std::ptrdiff_t>(s) * points.stride(0),
+                            points.shape(1), points.stride(1), points.stride(2));
+    };
+    nb::gil_scoped_release release;
+    cell_measures_of_sets<D>(set, points.shape(0), points.shape(1), domain, out, threads,
+                             CheckSignals());
+}
+
+Array<double> measures(StridedSets points, bool periodic, unsigned threads) {
     const std::size_t sets = points.shape(0), n = points.shape(1), d = points.shape(2);
     std::vector<double> out(sets * n);
-    {
-        nb::gil_scoped_release release;
-        const auto run = d == 1   ? cell_measures_of_sets<1>
-                         : d == 2 ? cell_measures_of_sets<2>
-                                  : cell_measures_of_sets<3>;
-        run(points.data(), sets, n, domain_of(periodic), out.data(), threads);
-    }
+    const auto fill = d == 1 ? fill_measures<1> : d == 2 ? fill_measures<2> : fill_measures<3>;
+    fill(points, domain_of(periodic), out.data(), threads);
     return own(std::move(out), {sets, n});
 }
 

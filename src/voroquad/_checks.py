@@ -29,12 +29,12 @@ def one_of(name: str, value: Any, known: Iterable[str]) -> str:
 
 
 def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points") -> NDArray[np.float64]:
-    """Return `points` as a C-contiguous float64 array (n, d) or (sets, n, d) inside [0, 1)^d.
+    """Return `points` as a float64 array, of any strides, (n, d) or (sets, n, d) inside [0, 1)^d.
 
     One-dimensional input is read as (n, 1). With `closed`, 1 is allowed too.
     """
     try:
-        array = np.ascontiguousarray(points, dtype=np.float64)
+        array = np.asarray(points, dtype=np.float64)
     except (TypeError, ValueError) as error:
         raise ValueError(f"{name} must be an array of numbers, got {type(points).__name__}") from error
     if array.ndim == 1:
