@@ -10,6 +10,7 @@ Each sample is weighted with the piece of the domain it stands for, without bias
 
 from .bias import bias_function
 from .cells import Cells, cells
+from .density_compensation import density_compensation
 from .integrand import IntegrationWarning
 from .measures import PiecewiseUniform, ProductMeasure
 from .quadrature import QuadResult, quad
@@ -28,6 +29,7 @@ __all__ = [
     "SampleTable",
     "bias_function",
     "cells",
+    "density_compensation",
     "quad",
     "sample",
     "weights",
