@@ -1,9 +1,9 @@
-"""Puts what `make figures` measured into the documentation: pictures into docs/figures, numbers into README.md.
+"""Puts what `make figures` measured into the documentation: pictures into docs/figures, numbers into its tables.
 
     python scripts/publish_figures.py build/figures
 
-The folder holds `study` (voroquad study) and `compare` (voroquad compare depth-of-field). The tables of README.md stand
-between `<!-- table: NAME -->` and `<!-- end -->` and are replaced whole, so that each number there comes from a file.
+The folder holds `study` (voroquad study) and `compare` (voroquad compare depth-of-field). The tables stand between
+`<!-- table: NAME -->` and `<!-- end -->` and are replaced whole, so that each number there comes from a file.
 """
 
 from __future__ import annotations
@@ -15,52 +15,62 @@ import sys
 from collections.abc import Callable
 from pathlib import Path
 
-import matplotlib.pyplot as plt
+from matplotlib.axes import Axes
 from matplotlib.image import imread
+
+from voroquad.style import house_style, new_figure
 
 ROOT = Path(__file__).parents[1]
 FIGURES = ROOT / "docs" / "figures"
+
+COPIES = {
+    **{f"{name}.svg": f"study/{name}.svg" for name in ("bias-function", "bins", "mse-smooth", "mse-talk")},
+    "bias-plane.png": "study/bias-plane.png",
+    "cells.png": "study/cells.png",
+    "depth-of-field-mse.svg": "compare/mse.svg",
+    "depth-of-field-reference.png": "compare/images/reference.png",
+    "depth-of-field-errors.csv": "compare/errors.csv",
+}
 
 
 def main() -> None:
     """Publish the folder named on the command line."""
     source = Path(sys.argv[1])
     FIGURES.mkdir(parents=True, exist_ok=True)
-    for name in ("bias-function.svg", "bins.svg", "cells.svg", "mse-smooth.svg", "mse-talk.svg", "three-samples.svg"):
-        shutil.copy(source / "study" / name, FIGURES / name)
-    shutil.copy(source / "compare" / "mse.svg", FIGURES / "depth-of-field-mse.svg")
+    for name, path in COPIES.items():
+        shutil.copy(source / path, FIGURES / name)
     draw_teaser(source / "compare", FIGURES / "depth-of-field.png")
 
-    readme = ROOT / "README.md"
-    text = readme.read_text(encoding="utf-8")
-    for name, table in TABLES.items():
-        text = replace_table(text, name, table(source))
-    readme.write_text(text, encoding="utf-8")
+    for (page, name), table in TABLES.items():
+        path = ROOT / page
+        text = path.read_text(encoding="utf-8")
+        path.write_text(replace_table(text, name, table(source)), encoding="utf-8")
 
 
 def draw_teaser(compare: Path, target: Path) -> None:
-    """The reference and one close-up as four methods render it."""
-    mse = {(row["method"], int(row["spp"])): float(row["mse"]) for row in read(compare / "errors.csv")}
+    """The reference; a close-up and the errors of uniform lens samples, with equal weights and with ours."""
+    spp = spp_shown(compare)
+    mse = {row["method"]: float(row["mse"]) for row in read(compare / "errors.csv") if int(row["spp"]) == spp}
     panels = {
-        "uniform": "uniform",
-        "uniform + w": "uniform-w",
-        "stratified": "stratified",
-        "stratified + w": "stratified-w",
+        f"uniform samples, {spp} spp": compare / "closeups" / "uniform-1.png",
+        "the same, weighted": compare / "closeups" / "uniform-w-1.png",
+        "error": compare / "differences" / f"uniform-{spp}.png",
+        f"error, MSE ÷ {mse['uniform'] / mse['uniform + w']:.1f}": compare / "differences" / f"uniform-w-{spp}.png",
     }
-    figure = plt.figure(figsize=(10, 4.35), layout="constrained")
-    left, right = figure.subfigures(1, 2, width_ratios=(1.22, 1))
-    axes = left.subplots()
-    axes.imshow(imread(compare / "images" / "reference.png"))
-    axes.set_title("Reference", loc="left", fontsize=10)
-    for axes_, (label, stem) in zip(right.subplots(2, 2).flat, panels.items(), strict=True):
-        axes_.imshow(imread(compare / "closeups" / f"{stem}-1.png"))
-        ratio = mse["uniform", spp_shown(compare)] / mse[label, spp_shown(compare)]
-        note = "" if ratio == 1 else f": MSE ÷ {ratio:.1f}"
-        axes_.set_title(f"{label}{note}", loc="left", fontsize=10)
-        axes_.set_axis_off()
+    with house_style():
+        figure = new_figure(height=4.05, width=9.6)
+        left, right = figure.subfigures(1, 2, width_ratios=(1.2, 1))
+        show(left.subplots(), "depth of field, reference", compare / "images" / "reference.png")
+        for axes, (title, path) in zip(right.subplots(2, 2).flat, panels.items(), strict=True):
+            show(axes, title, path)
+        figure.savefig(target, dpi=150)
+
+
+def show(axes: Axes, title: str, path: Path) -> None:
+    """An image under its title."""
+    axes.imshow(imread(path))
+    axes.set_title(title, fontsize=10, fontweight="normal")
     axes.set_axis_off()
-    figure.savefig(target, dpi=150)
-    plt.close(figure)
 
 
 def spp_shown(compare: Path) -> int:
@@ -92,7 +102,22 @@ def rules_table(source: Path) -> str:
     return "\n".join(lines)
 
 
-TABLES: dict[str, Callable[[Path], str]] = {"depth-of-field": depth_of_field_table, "rules": rules_table}
+def gain_table(source: Path) -> str:
+    """MSE of uniform samples over that of each method."""
+    rows = read(source / "compare" / "errors.csv")
+    spp = sorted({int(row["spp"]) for row in rows})
+    lines = ["| method | " + " | ".join(f"{n} spp" for n in spp) + " |", "| --- |" + " ---: |" * len(spp)]
+    for method in dict.fromkeys(row["method"] for row in rows):
+        own = {int(row["spp"]): float(row["uniform_mse_over_mse"]) for row in rows if row["method"] == method}
+        lines.append(f"| {method} | " + " | ".join(f"{own[n]:.1f}" for n in spp) + " |")
+    return "\n".join(lines)
+
+
+TABLES: dict[tuple[str, str], Callable[[Path], str]] = {
+    ("README.md", "depth-of-field"): depth_of_field_table,
+    ("README.md", "rules"): rules_table,
+    ("docs/mitsuba.md", "gain"): gain_table,
+}
 
 
 def replace_table(text: str, name: str, table: str) -> str:
@@ -100,7 +125,7 @@ def replace_table(text: str, name: str, table: str) -> str:
     pattern = re.compile(rf"(<!-- table: {re.escape(name)} -->\n).*?(<!-- end -->)", re.DOTALL)
     text, count = pattern.subn(lambda match: f"{match[1]}{table}\n{match[2]}", text)
     if count != 1:
-        raise ValueError(f"README.md must hold the markers of table {name!r} once, found {count}")
+        raise ValueError(f"the page must hold the markers of table {name!r} once, found {count}")
     return text
 
 
