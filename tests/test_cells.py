@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import itertools
+import signal
+import threading
 
 import numpy as np
 import pytest
@@ -241,6 +243,14 @@ def test_any_strides(d):
     wide = np.asfortranarray(np.random.default_rng(5).random((2 * d, 400, 8)))
     for view in (wide[::2].T, wide[::-2, 5:300:3].T, wide.T[..., :d].astype(">f8")):
         np.testing.assert_array_equal(vq.cells(view).measures, vq.cells(np.array(view, order="C")).measures)
+
+
+def test_interrupt_ends_a_long_call():
+    points = np.random.default_rng(8).random((1_000_000, 3))
+    timer = threading.Timer(0.3, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with pytest.raises(KeyboardInterrupt):
+        vq.cells(points, threads=2).measures  # noqa: B018
 
 
 def test_polygons_have_the_measures_as_areas():

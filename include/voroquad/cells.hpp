@@ -318,7 +318,7 @@ struct CellWorkspace {
 };
 template <>
 struct CellWorkspace<1> {
-    std::vector<std::size_t> order;
+    RankedPoints ranked;
 };
 
 // Calls visit(site, cell, worker) for every distinct point in parallel, along the tree's curve.
@@ -340,7 +340,7 @@ template <int D, class Pause = NoPause>
 void cell_measures(const PointView<D> &points, Domain domain, double *measures,
                    CellWorkspace<D> &work, unsigned threads = 1, Pause &&pause = {}) {
     if constexpr (D == 1) {
-        cell_lengths(points, domain, measures, work.order);
+        cell_lengths(points, domain, measures, work.ranked);
     } else {
         if (points.size() == 0) return;
         work.tree.build(points);

@@ -3,7 +3,7 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <numeric>
+#include <utility>
 #include <vector>
 
 #include "domain.hpp"
@@ -11,17 +11,18 @@
 
 namespace voroquad {
 
+using RankedPoints = std::vector<std::pair<double, std::size_t>>; // sorted, with their positions
+
 // Intervals: [0,1) is split halfway between neighbouring distinct points; points that
 // coincide share their interval. `bounds`, where given, gets the ends of each point's
 // interval (unwrapped on the torus).
 inline void cell_lengths(const PointView<1> &points, Domain domain, double *lengths,
-                         std::vector<std::size_t> &order, Point<2> *bounds = nullptr) {
+                         RankedPoints &ranked, Point<2> *bounds = nullptr) {
     const std::size_t n = points.size();
-    order.resize(n);
-    std::iota(order.begin(), order.end(), std::size_t{0});
-    const auto at = [&](std::size_t rank) { return points[order[rank]][0]; };
-    std::sort(order.begin(), order.end(),
-              [&](std::size_t a, std::size_t b) { return points[a] < points[b]; });
+    ranked.resize(n);
+    for (std::size_t i = 0; i < n; ++i) ranked[i] = {points[i][0], i};
+    std::sort(ranked.begin(), ranked.end());
+    const auto at = [&](std::size_t rank) { return ranked[rank].first; };
 
     const double first = n ? at(0) : 0.0, last = n ? at(n - 1) : 0.0;
     for (std::size_t begin = 0, end; begin < n; begin = end) {
@@ -38,8 +39,8 @@ inline void cell_lengths(const PointView<1> &points, Domain domain, double *leng
             above = 0.5 * (end < n ? at(end) - x : (first - x) + 1.0);
         }
         for (std::size_t i = begin; i < end; ++i) {
-            lengths[order[i]] = (below + above) / static_cast<double>(end - begin);
-            if (bounds) bounds[order[i]] = {x - below, x + above};
+            lengths[ranked[i].second] = (below + above) / static_cast<double>(end - begin);
+            if (bounds) bounds[ranked[i].second] = {x - below, x + above};
         }
     }
 }

@@ -34,8 +34,8 @@ Array<double> intervals(Sets points, bool periodic) {
     const std::size_t n = points.shape(1);
     std::vector<double> lengths(n), out(2 * n);
     std::vector<Point<2>> bounds(n);
-    std::vector<std::size_t> order;
-    cell_lengths({points.data(), n}, domain_of(periodic), lengths.data(), order, bounds.data());
+    RankedPoints ranked;
+    cell_lengths({points.data(), n}, domain_of(periodic), lengths.data(), ranked, bounds.data());
     for (std::size_t i = 0; i < n; ++i) std::copy_n(bounds[i].begin(), 2, out.begin() + 2 * i);
     return own(std::move(out), {n, 2});
 }
