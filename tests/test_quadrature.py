@@ -148,3 +148,73 @@ def test_accepts_a_func_of_one_point_with_a_warning():
 def test_bad_arguments_are_named(arguments, message):
     with pytest.raises(ValueError, match=message):
         vq.quad(**{"func": lambda x: x[0], "a": 0, "b": 1} | arguments)
+
+
+# ---------------------------------------------------------------------- tolerance, workers, libraries
+
+
+@pytest.mark.parametrize("family", ["gaussian", "kink", "half-plane"])
+def test_refines_until_the_interval_is_small_enough(family):
+    f = next(i for i in instances(2, 1, 3) if i.family == family)
+    r = vq.quad(f, [0, 0], [1, 1], n_points=64, rtol=1e-3, rng=1)
+    low, high = r.confidence_interval()
+    assert (high - low) / 2 <= 1e-3 * abs(r.integral)
+    assert abs(r.integral - f.integral) < 3e-3 * abs(f.integral)
+    assert r.n_evaluations < 1_000_000
+
+
+def test_says_when_the_budget_is_too_small():
+    with pytest.warns(vq.IntegrationWarning, match=r"times as wide as the tolerance allows after \d+ evaluations"):
+        r = vq.quad(lambda x: (x.sum(axis=0) < 0.9) * 1.0, [0, 0], [1, 1], atol=1e-7, max_evaluations=3000, rng=1)
+    assert 1500 < r.n_evaluations <= 3000
+
+
+@pytest.mark.statistical
+@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
+def test_stopping_on_the_error_leaves_no_bias(z_score):
+    # A bump that few points find: a set that misses it looks exact
+    def f(x):
+        return np.exp(-(((x[0] - 0.5) / 0.02) ** 2))
+
+    many = [vq.quad(f, 0, 1, n_points=12, atol=1e-3, max_evaluations=200, rng=s).integral for s in range(4000)]
+    assert abs(z_score(np.array(many), 0.02 * math.sqrt(math.pi))) < 5.5
+
+
+def test_workers_change_nothing():
+    f = next(instances(2, 1, 3))
+    alone = vq.quad(f, [0, 0], [1, 1], rng=5)
+    assert vq.quad(f, [0, 0], [1, 1], rng=5, workers=map).integral == alone.integral
+    one, two = (vq.quad(_norm, [0, 0], [1, 1], rng=5, workers=workers) for workers in (1, 2))
+    assert one.integral == two.integral
+
+
+def _norm(x):
+    return np.sqrt((x**2).sum(axis=0))
+
+
+def test_results_come_in_the_callers_array_library():
+    strict = pytest.importorskip("array_api_strict")
+    a, b = strict.zeros(2), strict.ones(2)
+
+    def f(x):
+        assert isinstance(x, type(a))
+        return strict.exp(x[0, :] + x[1, :])
+
+    r = vq.quad(f, a, b, rng=1)
+    assert isinstance(r.integral, type(a))
+    assert float(r.integral) == pytest.approx((math.e - 1) ** 2)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"rtol": -1}, "rtol must be a number of at least 0"),
+        ({"rtol": 0.0}, "both 0"),
+        ({"atol": "small"}, "atol must be"),
+        ({"rtol": 0.1, "max_evaluations": 0}, "max_evaluations"),
+        ({"workers": 0}, "workers"),
+    ],
+)
+def test_bad_tolerances_and_workers_are_named(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        vq.quad(lambda x: x[0], 0, 1, **arguments)

@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import math
+import os
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
@@ -16,6 +19,7 @@ from . import cross_fit
 from ._checks import one_of, positive_int, thread_count
 from .integrand import Integrand, IntegrationWarning
 from .leave_one_out import check_order, default_order, error_scale, fit_strata
+from .refinement import Estimate, refine, tolerance
 from .samplers import EngineFactory, Rng, grid_shape, sample
 from .weights import DEBIAS, RANDOMISED, weights
 
@@ -106,6 +110,10 @@ def quad(
     order: int | str = "auto",
     debias: str = "auto",
     rng: Rng = None,
+    rtol: float | None = None,
+    atol: float | None = None,
+    max_evaluations: int = 1_000_000,
+    workers: int | Callable[..., Any] = 1,
     threads: int | None = None,
 ) -> QuadResult:
     """Integrate a function over a box.
@@ -132,6 +140,15 @@ def quad(
         As in :func:`voroquad.weights`.
     rng : int, numpy.random.Generator or None
         Seed.
+    rtol, atol : float, optional
+        Tolerance mode: sets of growing size, from n_points on, until half the 95 % interval is at most
+        max(atol, rtol |I|); an argument left out is 0. The result comes from one more set of the last
+        size, independent of those that settled the size, so it stays unbiased.
+    max_evaluations : int
+        Of all sets together, in tolerance mode.
+    workers : int or callable
+        Number of processes that evaluate func (-1: one per processor), or a map-like callable such as
+        ``multiprocessing.Pool(4).map``. The result does not depend on it.
     threads : int, optional
         Number of threads of the rule itself. The result does not depend on it.
 
@@ -174,35 +191,47 @@ def quad(
     """
     n_points, n_estimates = positive_int("n_points", n_points), positive_int("n_estimates", n_estimates)
     threads = thread_count(threads)
-    integrand = Integrand(func, a, b)
-    if isinstance(sampler, str) and sampler == "auto":
-        sampler = "stratified" if integrand.d <= 4 else "sobol"
     one_of("debias", debias, DEBIAS)
-    if order != "auto":
-        check_order(order, integrand.d)
+    wanted = None if rtol is None and atol is None else tolerance(rtol or 0, atol or 0)
     generator = np.random.default_rng(rng)
-    if sampler == "stratified" and debias in ("auto", "leave-one-out"):
-        estimate = _stratified(integrand, n_points, n_estimates, order, generator, threads)
+    with _workers(workers) as (spread, parts):
+        integrand = Integrand(func, a, b, spread, parts)
+        if isinstance(sampler, str) and sampler == "auto":
+            sampler = "stratified" if integrand.d <= 4 else "sobol"
+        if order != "auto":
+            check_order(order, integrand.d)
+        stratified = sampler == "stratified" and debias in ("auto", "leave-one-out")
+
+        def estimate(n: int) -> Estimate:
+            if stratified:
+                return _stratified(integrand, n, n_estimates, order, generator, threads)
+            return _replicates(integrand, n, n_estimates, sampler, order, debias, generator, threads)
+
+        if wanted is None:
+            found = estimate(n_points)
+        else:
+            most = positive_int("max_evaluations", max_evaluations) // n_estimates
+            found = refine(estimate, wanted, n_points, most, integrand.d)
+    return QuadResult(integrand.result(found.mean), integrand.result(found.error), found.n, found.degrees_of_freedom)
+
+
+@contextmanager
+def _workers(workers: int | Callable[..., Any]) -> Iterator[tuple[Callable[..., Any], int]]:
+    """A map, and the number of parts to split the points into."""
+    processors = os.cpu_count() or 1
+    if callable(workers):
+        yield workers, processors
+    elif workers == 1:
+        yield map, 1
     else:
-        estimate = _replicates(integrand, n_points, n_estimates, sampler, order, debias, generator, threads)
-    return QuadResult(
-        integrand.result(estimate.mean), integrand.result(estimate.error), estimate.n, estimate.degrees_of_freedom
-    )
-
-
-@dataclass(frozen=True)
-class _Estimate:
-    """Of each of the integrand's components: (fields,)."""
-
-    mean: Array
-    error: Array
-    n: int
-    degrees_of_freedom: float
+        number = processors if workers == -1 else positive_int("workers", workers)
+        with ProcessPoolExecutor(number) as pool:
+            yield pool.map, number
 
 
 def _stratified(
     integrand: Integrand, n_points: int, sets: int, order: int | str, rng: np.random.Generator, threads: int
-) -> _Estimate:
+) -> Estimate:
     """Leave-one-out on `sets` sets of one sample per stratum."""
     strata = largest_grid(n_points, integrand.d)
     p = default_order(strata) if order == "auto" else int(order)
@@ -216,7 +245,7 @@ def _stratified(
     corrections = error_scale(p, strata) * np.sqrt(np.square(residuals[0]).sum(axis=-1)) / samples.n
     rounding = np.finfo(float).eps * (np.abs(w[0]) * np.abs(values[0])).sum(axis=-1)
     error = np.hypot(corrections, rounding)
-    return _Estimate(means[0], error, samples.n, math.inf)
+    return Estimate(means[0], error, samples.n, math.inf)
 
 
 def _replicates(
@@ -228,7 +257,7 @@ def _replicates(
     debias: str,
     rng: np.random.Generator,
     threads: int,
-) -> _Estimate:
+) -> Estimate:
     """Any rule of :func:`voroquad.weights` on independent sets; one estimate is split into eight.
 
     With nothing asked for: cross-fit where there are points enough for it to pay, else the plain mean.
@@ -259,11 +288,11 @@ def _values(integrand: Integrand, points: Array) -> Array:
     return np.ascontiguousarray(values.reshape(-1, sets, n).swapaxes(0, 1))
 
 
-def _across_sets(means: Array, n: int) -> _Estimate:
+def _across_sets(means: Array, n: int) -> Estimate:
     """Mean and standard error of independent estimates (sets, fields)."""
     sets = len(means)
     error = means.std(axis=0, ddof=1) / math.sqrt(sets) if sets > 1 else np.full(means.shape[1], np.nan)
-    return _Estimate(means.mean(axis=0), error, sets * n, max(sets - 1, 1))
+    return Estimate(means.mean(axis=0), error, sets * n, max(sets - 1, 1))
 
 
 def largest_grid(n: int, d: int) -> tuple[int, ...]:
