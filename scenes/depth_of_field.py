@@ -197,9 +197,7 @@ def beads(rng: np.random.Generator) -> list[Ball]:
         near_knot = np.hypot(x, z) < 1.5 or (x > 0.9 and z > 1.0)
         if near_knot or any(np.linalg.norm(b.centre - centre) < b.radius + radius + 0.05 for b in balls):
             continue
-        balls.append(
-            Ball(centre, radius, [(0.95, 0.72, 0.32), (0.9, 0.9, 0.92), (0.95, 0.55, 0.42)][len(balls) % 3], True)
-        )
+        balls.append(Ball(centre, radius, METALS[len(balls) % 3], metal=True))
     return balls
 
 
@@ -295,17 +293,17 @@ def add_emission(shape: xml.Element, radiance: Array | None) -> None:
     add(emitter, "float", name="sampling_weight", value=0)
 
 
-def add_material(shape: xml.Element, colour: Array, roughness: float | None, metal: bool = False) -> None:
-    """Diffuse, plastic or metal."""
+def add_material(root: xml.Element, name: str, colour: Array, roughness: float | None, metal: bool = False) -> None:
+    """Diffuse, plastic or metal; shapes refer to it by name, since each material more costs rendering time."""
     if metal:
-        bsdf = add(shape, "bsdf", type="roughconductor")
+        bsdf = add(root, "bsdf", type="roughconductor", id=name)
         add(bsdf, "string", name="material", value="none")
         add(bsdf, "rgb", name="specular_reflectance", value=colour)
         add(bsdf, "float", name="alpha", value=0.16)
     elif roughness is None:
-        add(add(shape, "bsdf", type="diffuse"), "rgb", name="reflectance", value=colour)
+        add(add(root, "bsdf", type="diffuse", id=name), "rgb", name="reflectance", value=colour)
     else:
-        bsdf = add(shape, "bsdf", type="roughplastic")
+        bsdf = add(root, "bsdf", type="roughplastic", id=name)
         add(bsdf, "rgb", name="diffuse_reflectance", value=colour)
         add(bsdf, "float", name="alpha", value=roughness)
 
@@ -338,16 +336,27 @@ def scene_xml(meshes: list[Mesh], balls: list[Ball], ball_fill: list[Array]) -> 
     add(sun, "vector", name="direction", value=SUN)
     add(sun, "rgb", name="irradiance", value=[2.9, 2.65, 2.25])
 
+    def material(ball: Ball) -> tuple[bool, tuple[float, ...]]:
+        return ball.metal, tuple(ball.colour.tolist())
+
+    for mesh in meshes:
+        add_material(root, f"{mesh.name}-material", mesh.colour, mesh.roughness)
+    materials: dict[tuple[bool, tuple[float, ...]], str] = {}
+    for ball in balls:
+        if material(ball) not in materials:
+            materials[material(ball)] = f"ball-material-{len(materials)}"
+            add_material(root, materials[material(ball)], ball.colour, 0.1, ball.metal)
+
     for mesh in meshes:
         shape = add(root, "shape", type="ply")
         add(shape, "string", name="filename", value=f"meshes/{mesh.name}.ply")
-        add_material(shape, mesh.colour, mesh.roughness)
+        add(shape, "ref", id=f"{mesh.name}-material")
         add_emission(shape, None)
     for ball, radiance in zip(balls, ball_fill, strict=True):
         shape = add(root, "shape", type="sphere")
         add(shape, "point", name="center", value=ball.centre)
         add(shape, "float", name="radius", value=ball.radius)
-        add_material(shape, np.asarray(ball.colour), 0.1, ball.metal)
+        add(shape, "ref", id=materials[material(ball)])
         add_emission(shape, radiance)
     return root
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import gc
 
 import numpy as np
 import pytest
@@ -20,6 +21,7 @@ def small(tmp_path_factory):
         mi.set_variant("llvm_ad_rgb")
     out = tmp_path_factory.mktemp("compare") / "out"
     results = comparison.compare("depth-of-field", out, spp=(16, 4), size=(40, 30), seed=1, show_progress=False)
+    gc.collect()  # a scene that still exists slows every later render: Dr.Jit traces all registered materials
     return out, results
 
 
