@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
+import runpy
 from pathlib import Path
 from xml.etree import ElementTree as xml
 
@@ -22,10 +22,7 @@ def numbers(text: str) -> np.ndarray | str:
 
 
 def test_depth_of_field_is_what_its_generator_makes(tmp_path):
-    spec = importlib.util.spec_from_file_location("depth_of_field", GENERATORS / "depth_of_field.py")
-    generator = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(generator)
-    made = generator.write(tmp_path)
+    made = runpy.run_path(str(GENERATORS / "depth_of_field.py"))["write"](tmp_path)
     kept = SCENES / "depth-of-field" / "depth-of-field.xml"
     for a, b in zip(xml.parse(made).iter(), xml.parse(kept).iter(), strict=True):
         assert a.tag == b.tag
