@@ -18,7 +18,7 @@ SAMPLES_PER_TERM = 2.4
 
 
 #: Fewest points of all replicates together from which :func:`default_order` fits, by dimension.
-WORTHWHILE = {1: 16, 2: 32, 3: 128, 4: 512, 5: 1024, 6: 2048}
+WORTHWHILE = {1: 16, 2: 32, 3: 128, 4: 512, 5: 1024, 6: 4096}
 
 
 def default_order(n: int, d: int) -> int | None:
