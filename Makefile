@@ -18,10 +18,10 @@ $(BIN)/python:
 	  { echo "voroquad needs Python 3.11 or newer; name one: make PYTHON=python3.11"; exit 1; }
 	@$(PYTHON) -c 'import ensurepip, venv' || { echo "Python lacks venv: apt-get install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/pip install -q 'scikit-build-core>=0.10' 'nanobind>=2.4' 'cmake>=3.18,<4.2' ninja
 
 $(VENV)/.installed: $(BIN)/python pyproject.toml $(CORE)
 	@command -v $${CXX:-c++} >/dev/null || { echo "voroquad needs a C++20 compiler: apt-get install g++"; exit 1; }
+	$(BIN)/pip install -q 'scikit-build-core>=0.10' 'nanobind>=2.4' 'cmake>=3.18,<4.2' ninja
 	$(BIN)/pip install -q --no-build-isolation -e '.[dev]'
 	@touch $@
 

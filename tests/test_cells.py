@@ -291,3 +291,11 @@ def test_bad_points_are_named(points, message):
 def test_the_open_border_of_the_torus():
     with pytest.raises(ValueError, match=r"\[0, 1\)"):
         vq.cells([[0.5, 1.0]], periodic=True)
+
+
+def test_cells_keep_their_own_points():
+    points = np.random.default_rng(0).random((50, 2))
+    kept = vq.cells(points)
+    before = vq.cells(points.copy()).measures
+    points[:] = np.nan
+    np.testing.assert_array_equal(kept.measures, before)

@@ -1,6 +1,8 @@
 import json
+import signal
 import subprocess
 import sys
+import time
 
 import numpy as np
 import pytest
@@ -86,3 +88,25 @@ def test_integrate_refuses_in_one_line(arguments, message):
     assert run.returncode == 2
     assert message in run.stderr
     assert len(run.stderr.strip().splitlines()) == 1
+
+
+def test_ctrl_c_and_a_kill_leave_nothing(tmp_path):
+    for sent in (signal.SIGINT, signal.SIGTERM):
+        command = [sys.executable, "-c", "from voroquad.cli import main; main()", "study", "-o", "deep/out"]
+        run = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+        while not list(tmp_path.glob("deep/.out-*")):  # until it is at work
+            assert run.poll() is None
+            time.sleep(0.05)
+        run.send_signal(sent)
+        _, said = run.communicate(timeout=60)
+        assert run.returncode == 130
+        assert "interrupted; nothing half-written was left" in said
+        assert list(tmp_path.iterdir()) == []
+
+
+def test_wrong_usage_is_exit_code_2():
+    for arguments in (["nonsense"], ["study", "-o", "x", "--seed", "-1"]):
+        run = voroquad(*arguments)
+        assert run.returncode == 2
+        assert "Error" in run.stderr
+        assert "Traceback" not in run.stderr

@@ -90,8 +90,20 @@ def test_scipy_engines():
         (lambda: vq.sample("zero-two", n=4, d=3), "at most d = 2"),
         (lambda: vq.sample(qmc.Halton(2), n=4, d=3), "contradicts the engine's own d = 2"),
         (lambda: vq.sample(qmc.Halton(2), n=4, sets=3), "pass the class"),
+        (lambda: vq.sample(qmc.PoissonDisk(2, radius=0.3, rng=1), n=100), "made 1?[0-9] points of the n = 100"),
+        (lambda: vq.sample("uniform", n=4, rng=-1), "a seed must be at least 0"),
+        (lambda: vq.SampleSet(np.full((4, 1), 0.5), "stratified"), "needs the strata"),
+        (lambda: vq.SampleSet(np.full((4, 1), 0.5), "stratified", (4,)), "must hold one point"),
+        (lambda: vq.SampleSet(np.full(4, 0.5), "uniform"), "must have shape"),
     ],
 )
 def test_bad_input_is_refused(call, message):
     with pytest.raises(ValueError, match=message):
         call()
+
+
+def test_a_callable_cannot_pass_for_a_design():
+    def stratified(d, rng):
+        return qmc.Halton(d, rng=rng)
+
+    assert vq.sample(stratified, n=8, d=2, rng=1).design == "engine"

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import errno
 import os
 import shutil
 import tempfile
@@ -14,43 +16,80 @@ from pathlib import Path
 def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside `path`, of the same suffix; rename it to `path` on success.
 
-    On an exception (Ctrl-C too) the temporary file is removed and `path` is as it was.
+    On an exception (Ctrl-C too) the temporary file is removed and `path` is as it was. A link is
+    followed; a device or a pipe is written as it is.
     """
-    path = Path(path)
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, name = tempfile.mkstemp(prefix=f".{path.stem}-", suffix=path.suffix, dir=path.parent)
-    os.close(handle)
-    temporary = Path(name)
-    temporary.chmod(0o666 & ~_umask())
-    try:
-        yield temporary
-        temporary.replace(path)
-    finally:
-        temporary.unlink(missing_ok=True)
+    if Path(path).is_dir():
+        raise IsADirectoryError(errno.EISDIR, "Is a directory", os.fspath(path))
+    if Path(path).exists() and not Path(path).is_file():
+        yield Path(path)
+        return
+    target = Path(os.path.realpath(path))
+    with _parents(target):
+        try:
+            handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
+        except OSError as error:
+            raise type(error)(error.errno, error.strerror, os.fspath(path)) from None
+        os.close(handle)
+        temporary = Path(name)
+        temporary.chmod(0o666 & ~_umask())
+        try:
+            yield temporary
+            temporary.replace(target)
+        finally:
+            temporary.unlink(missing_ok=True)
 
 
 @contextmanager
 def atomic_directory(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield an empty temporary directory beside `path`; on success its entries replace those of `path`.
+    """Yield an empty temporary directory beside `path`; on success its files move into `path`.
 
-    Entries of `path` that the block did not make stay. On an exception `path` is as it was.
-    ValueError if `path` is a file.
+    Files of `path` that the block did not make stay, in folders of the same name too. On an
+    exception `path` is as it was; a `path` that is a file is refused before the block runs. The
+    files move in the order they were written in, so that an index written last arrives last.
     """
-    path = Path(path)
-    if path.exists() and not path.is_dir():
-        raise ValueError(f"{path} is a file; name a folder")
+    target = Path(os.path.realpath(path))
+    if target.exists() and not target.is_dir():
+        raise ValueError(f"{os.fspath(path)} is a file; name a folder for the results")
+    with _parents(target):
+        try:
+            temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
+        except OSError as error:
+            raise type(error)(error.errno, error.strerror, os.fspath(path)) from None
+        try:
+            yield temporary
+            files = sorted((f for f in temporary.rglob("*") if f.is_file()), key=lambda f: f.stat().st_mtime_ns)
+            moves = [(file, target / file.relative_to(temporary)) for file in files]
+            _refuse_obstacles(target, [to for _, to in moves])
+            for file, to in moves:
+                to.parent.mkdir(parents=True, exist_ok=True)
+                file.replace(to)
+        finally:
+            shutil.rmtree(temporary, ignore_errors=True)
+
+
+def _refuse_obstacles(target: Path, files: list[Path]) -> None:
+    """Raise before anything moves where a folder stands in a file's place, or a file in a folder's."""
+    for file in files:
+        if file.is_dir():
+            raise ValueError(f"{file} is a folder, where a file of the results would go; move it away")
+        for parent in file.relative_to(target).parents:
+            if (target / parent).exists() and not (target / parent).is_dir():
+                raise ValueError(f"{target / parent} is a file, where a folder of the results would go; move it away")
+
+
+@contextmanager
+def _parents(path: Path) -> Iterator[None]:
+    """Make the folders above `path`; on an exception remove those made."""
+    made = [parent for parent in path.parents if not parent.exists()]
     path.parent.mkdir(parents=True, exist_ok=True)
-    temporary = Path(tempfile.mkdtemp(prefix=f".{path.name}-", dir=path.parent))
     try:
-        yield temporary
-        path.mkdir(exist_ok=True)
-        for entry in sorted(temporary.iterdir()):
-            target = path / entry.name
-            if target.is_dir() and not target.is_symlink():
-                shutil.rmtree(target)
-            entry.replace(target)
-    finally:
-        shutil.rmtree(temporary, ignore_errors=True)
+        yield
+    except BaseException:
+        for folder in made:
+            with contextlib.suppress(OSError):
+                folder.rmdir()
+        raise
 
 
 def _umask() -> int:

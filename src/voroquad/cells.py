@@ -86,4 +86,6 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
     array = unit_points(points, closed=not periodic)
     if array.shape[-1] > 3:
         raise ValueError(f"cells are computed for d = 1, 2 and 3, got points with d = {array.shape[-1]}")
+    if isinstance(points, np.ndarray) and np.may_share_memory(array, points):
+        array = array.copy()  # what is checked here is what is cut later
     return Cells(array, bool(periodic), thread_count(threads))

@@ -4,12 +4,19 @@ from __future__ import annotations
 
 import json
 import math
+import signal
 import sys
 import warnings
 from pathlib import Path
 from typing import Annotated
 
 import typer
+from typer.exceptions import TyperException
+
+from . import __version__
+
+#: Exit code of a command ended by Ctrl-C, as shells have it
+INTERRUPTED = 130
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -18,13 +25,23 @@ app = typer.Typer(
 )
 
 Order = Annotated[int, typer.Option(help="Order of the rule; 0 is the Voronoi cell.")]
-Debias = Annotated[str, typer.Option(help="none, bias-function, exchange or auto.")]
-Seed = Annotated[int, typer.Option(help="Seed of all random numbers.")]
+Debias = Annotated[str, typer.Option(help="none, bias-function, exchange, leave-one-out, cross-fit or auto.")]
+Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of all random numbers.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
 
 
+def _print_version(wanted: bool) -> None:
+    if wanted:
+        print(__version__)
+        raise typer.Exit
+
+
 @app.callback()
-def voroquad() -> None:
+def voroquad(
+    version: Annotated[
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
+    ] = False,
+) -> None:
     """Random samples into good quadrature: each sample weighted with the piece of the domain it stands for."""
 
 
@@ -53,7 +70,7 @@ def integrate(
     bounds: Annotated[str, typer.Option(help="Limits lower:upper of each variable, such as 0:1,-inf:2.")],
     n_points: Annotated[int, typer.Option("-n", "--n-points", help="Largest number of evaluations.")] = 1024,
     level: Annotated[float, typer.Option(help="Of the confidence interval.")] = 0.95,
-    seed: Annotated[int | None, typer.Option(help="Seed of all random numbers.")] = None,
+    seed: Annotated[int | None, typer.Option(min=0, help="Seed of all random numbers.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Integrate a formula over a box: value(uncertainty)."""
@@ -200,22 +217,37 @@ def compare(
 
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2."""
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # clean up as on Ctrl-C
     try:
-        app()
-    except (ValueError, FileNotFoundError, IsADirectoryError, PermissionError, ImportError) as error:
+        if (code := app(standalone_mode=False)) == INTERRUPTED:
+            raise KeyboardInterrupt
+        sys.exit(code)
+    except TyperException as error:  # wrong usage
+        if hasattr(error, "show"):  # names the option and how to get help
+            error.show()
+        sys.exit(2)
+    except (ValueError, OSError, ImportError, MemoryError) as error:
         print(f"voroquad: {_one_line(error)}", file=sys.stderr)
         sys.exit(2)
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, typer.Abort):
         print("voroquad: interrupted; nothing half-written was left", file=sys.stderr)
-        sys.exit(130)
+        sys.exit(INTERRUPTED)
+
+
+#: The extra of the package that brings a module.
+_EXTRAS = {"matplotlib": "study", "jinja2": "study", "mitsuba": "render", "drjit": "render", "flip_evaluator": "render"}
+
+
+def _one_line(error: BaseException) -> str:
+    if isinstance(error, MemoryError):
+        return f"not enough memory ({error}); ask for fewer points or sets"
+    if isinstance(error, OSError) and error.filename is not None:
+        return f"{error.strerror}: {error.filename}"
+    text = " ".join(str(error).split())
+    module = (error.name or "").split(".")[0] if isinstance(error, ModuleNotFoundError) else ""
+    return f"{text}; install it with: pip install 'voroquad[{_EXTRAS[module]}]'" if module in _EXTRAS else text
 
 
 def _number(value: float) -> float | None:
     """JSON has no infinities and no NaN."""
     return value if math.isfinite(value) else None
-
-
-def _one_line(error: BaseException) -> str:
-    if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.strerror}: {error.filename}"
-    return " ".join(str(error).split())

@@ -26,7 +26,10 @@ def weigh_file(
 
     Returns the number of points, the dimension and the sum of the weights.
     """
-    lines = Path(source).read_text(encoding="utf-8").splitlines()
+    try:
+        lines = Path(source).read_text(encoding="utf-8").splitlines()
+    except UnicodeDecodeError:
+        raise ValueError(f"{os.fspath(source)} is no text; {_EXPECTED}") from None
     if lines and not _is_numbers(lines[0]):
         del lines[0]
     if not any(line.strip() for line in lines):
@@ -34,7 +37,8 @@ def weigh_file(
     try:
         points = np.loadtxt(lines, delimiter=",", ndmin=2)
     except ValueError as error:
-        raise ValueError(f"{os.fspath(source)}: {error}; {_EXPECTED}") from None
+        reason = str(error).split(";")[0]  # NumPy's advice is for its own arguments
+        raise ValueError(f"{os.fspath(source)}: {reason}; {_EXPECTED}") from None
     w = weights(points, order=order, debias=debias, design=design)
     columns = [*(f"x{a + 1}" for a in range(points.shape[1])), "weight"]
     with atomic_path(target) as temporary:

@@ -86,5 +86,5 @@ class Results:
                 for s in raw["sections"]
             ]
             return cls(raw["title"], raw["command"], sections)
-        except (KeyError, TypeError, json.JSONDecodeError) as error:
+        except (KeyError, TypeError, AttributeError, ValueError) as error:
             raise ValueError(f"{path} is damaged ({error}); make it again") from None

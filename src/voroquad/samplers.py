@@ -15,6 +15,9 @@ from scipy.stats import qmc
 
 from ._checks import one_of, positive_int, unit_points
 
+#: Designs of one point per box of a grid
+GRIDDED = ("stratified", "regular")
+
 Rng: TypeAlias = int | np.random.Generator | None
 #: Makes an engine from (d, rng); the classes of `scipy.stats.qmc` do.
 EngineFactory: TypeAlias = Callable[..., qmc.QMCEngine]
@@ -38,6 +41,20 @@ class SampleSet:
     points: NDArray[np.float64]
     design: str
     strata: tuple[int, ...] | None = None
+
+    def __post_init__(self) -> None:
+        points = np.asarray(self.points)
+        if points.ndim not in (2, 3):
+            raise ValueError(f"points must have shape (n, d) or (sets, n, d), got {points.shape}")
+        unit_points(points, closed=True)
+        object.__setattr__(self, "points", points)
+        if self.design in GRIDDED:
+            if self.strata is None or len(self.strata) != self.d or math.prod(self.strata) != self.n:
+                raise ValueError(
+                    f"design={self.design!r} needs the strata of {self.n} points in d = {self.d}, got "
+                    f"strata={self.strata}; let weights(points, design=...) find them"
+                )
+            _check_one_per_stratum(points, self.strata, self.design)
 
     @property
     def n(self) -> int:
@@ -113,16 +130,24 @@ def sample(
     if isinstance(sampler, qmc.QMCEngine):
         return _from_engine(sampler, n, d, sets)
     d = 1 if d is None else positive_int("d", d)
-    generator = np.random.default_rng(rng)
+    generator = _generator(rng)
     if callable(sampler):
-        design = getattr(sampler, "__name__", "engine").lower()
+        # The design's name tells rules what they may assume: of SciPy's own classes only
+        known = isinstance(sampler, type) and sampler.__module__.startswith("scipy.")
+        design = sampler.__name__.lower() if known else "engine"
         points = np.stack([_engine_points(sampler(d, rng=r), n) for r in generator.spawn(batch)])
         return _finish(points, design, None, sets)
 
     one_of("sampler", sampler, DESIGNS)
-    strata = grid_shape(n, d) if sampler in ("stratified", "regular") else None
+    strata = grid_shape(n, d) if sampler in GRIDDED else None
     points = DESIGNS[sampler](batch, n, d, generator)
     return _finish(points, sampler, strata, sets)
+
+
+def _generator(rng: Rng) -> np.random.Generator:
+    if isinstance(rng, int | np.integer) and rng < 0:
+        raise ValueError(f"rng: a seed must be at least 0, got {rng}")
+    return np.random.default_rng(rng)
 
 
 def as_sample_set(samples: SampleSet | ArrayLike, design: str | None = None) -> SampleSet:
@@ -133,17 +158,14 @@ def as_sample_set(samples: SampleSet | ArrayLike, design: str | None = None) -> 
     if isinstance(samples, SampleSet):
         if design is not None and design != samples.design:
             raise ValueError(f"design={design!r} contradicts the set's own design {samples.design!r}; drop it")
-        unit_points(samples.points)
         return samples
     points = unit_points(samples, closed=design is None)
     if design is None:
         return SampleSet(points, "unknown")
     one_of("design", design, DESIGNS)
-    if design not in ("stratified", "regular"):
+    if design not in GRIDDED:
         return SampleSet(points, design)
-    strata = grid_shape(*points.shape[-2:])
-    _check_one_per_stratum(points, strata, design)
-    return SampleSet(points, design, strata)
+    return SampleSet(points, design, grid_shape(*points.shape[-2:]))
 
 
 # ---------------------------------------------------------------------- grids of strata
@@ -197,7 +219,10 @@ def stratum_index(points: NDArray[np.float64], strata: tuple[int, ...]) -> NDArr
 
 def _check_one_per_stratum(points: NDArray[np.float64], strata: tuple[int, ...], design: str) -> None:
     n = points.shape[-2]
-    for number, index in enumerate(stratum_index(points, strata).reshape(-1, n)):
+    indices = stratum_index(points, strata).reshape(-1, n)
+    if (indices == np.arange(n)).all():  # as sample() draws them
+        return
+    for number, index in enumerate(indices):
         counts = np.bincount(index, minlength=n)
         if (counts != 1).any():
             crowded = int(np.argmax(counts != 1))
@@ -308,7 +333,10 @@ def _engine_points(engine: qmc.QMCEngine, n: int) -> NDArray[np.float64]:
     with warnings.catch_warnings():
         # Balance of a Sobol' set that is no power of two: the caller's choice
         warnings.filterwarnings("ignore", message="The balance properties", category=UserWarning)
-        return np.minimum(engine.random(n), _BELOW_ONE)
+        points = np.minimum(engine.random(n), _BELOW_ONE)
+    if points.shape != (n, engine.d):
+        raise ValueError(f"sampler: {type(engine).__name__} made {len(points)} points of the n = {n} asked for")
+    return points
 
 
 def _from_engine(engine: qmc.QMCEngine, n: int, d: int | None, sets: int | None) -> SampleSet:

@@ -57,6 +57,8 @@ class SampleTable:
     debias: str = "none"
 
     def __post_init__(self) -> None:
+        for name in ("points", "weights"):
+            object.__setattr__(self, name, np.asanyarray(getattr(self, name), dtype=np.float64))
         if self.points.ndim != 3 or self.weights.shape != self.points.shape[:2]:
             raise ValueError(
                 "a table needs points (sets, n, d) and weights (sets, n), "
@@ -110,6 +112,8 @@ class SampleTable:
         ValueError
             What :func:`voroquad.sample` and :func:`voroquad.weights` raise.
         """
+        if debias == "cross-fit":
+            raise ValueError("debias='cross-fit' weighs all sets together, but a table's sets are used one by one")
         drawn = sample(design, n, d, sets=positive_int("sets", sets), rng=rng)
         return cls(drawn.points, weights(drawn, order=order, debias=debias), drawn.design, order, debias)
 
@@ -158,7 +162,9 @@ class SampleTable:
                 table = cls(
                     **mapped, design=str(small["design"]), order=int(small["order"]), debias=str(small["debias"])
                 )
-        except (zipfile.BadZipFile, KeyError, EOFError, struct.error, ValueError, TypeError) as error:
+        except FileNotFoundError:
+            raise
+        except Exception as error:  # a damaged archive fails in as many ways as zipfile and numpy have parts
             raise ValueError(f"{os.fspath(path)!r} is no sample table or is damaged ({error}); make it again") from None
         _check_contents(table, path)
         return table

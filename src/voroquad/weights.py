@@ -98,10 +98,10 @@ def weights(
     """
     samples = as_sample_set(samples, design)
     one_of("debias", debias, DEBIAS)
-    if not isinstance(order, int) or isinstance(order, bool) or not 0 <= order <= MAX_ORDER:
+    if not isinstance(order, int | np.integer) or isinstance(order, bool) or not 0 <= order <= MAX_ORDER:
         raise ValueError(f"order must be a whole number from 0 to {MAX_ORDER}, got {order!r}")
-    rule = find_rule(samples, order, debias)
-    return rule.compute(samples, order, thread_count(threads))
+    rule = find_rule(samples, int(order), debias)
+    return rule.compute(samples, int(order), thread_count(threads))
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ def _span(numbers: range) -> str:
 
 
 #: Designs whose every point is uniform in the unit box, independently of the other sets.
-RANDOMISED = ("uniform", "stratified", "sobol", "halton", "zero-two", "latinhypercube")
+RANDOMISED = ("uniform", "stratified", "sobol", "halton", "zero-two", "latinhypercube", "engine")
 
 #: Every rule there is. debias="auto" takes the first unbiased one that covers the set.
 RULES = (

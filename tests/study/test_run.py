@@ -64,7 +64,7 @@ def test_a_file_in_the_way_is_told_before_the_work(monkeypatch, tmp_path, capsys
         (["--max-n", "16"], "max_n must be at least 32"),
         (["--replicates", "1"], "replicates must be at least 2"),
         (["--replicates", "0"], "replicates must be a whole number of at least 1"),
-        (["--seed", "-1"], "seed must be at least 0"),
+        (["--seed", "-1"], "Invalid value for '--seed'"),
     ],
 )
 def test_bad_options_are_one_line(monkeypatch, tmp_path, capsys, arguments, message):

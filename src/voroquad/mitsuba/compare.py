@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import os
+import shlex
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -19,7 +20,7 @@ from .._progress import progress_bar
 from ..results import Figure, ImageGrid, Results, Section, Table
 from ..samplers import sample
 from .figures import closeup_windows, difference_png, image_png, mse_figure
-from .render import Image, load_scene, make_integrator, own_integrator, render_image, srgb, write_image
+from .render import Image, check_seed, load_scene, make_integrator, own_integrator, render_image, rgb, srgb, write_image
 
 Advance = Callable[[str, int], None]
 
@@ -143,12 +144,13 @@ def compare(
     rounds of independent unweighted Owen-scrambled Sobol' sets, averaged. Half the rounds against the other half,
     mean((A − B)²)/4, estimates its own mean squared error; it is in ``errors.csv``.
     """
+    check_seed(seed)
     spp = sorted({positive_int("spp", n) for n in spp})
     loaded = load_scene(scene, size)
     _check(loaded, domain, spp, jitter)
 
     total = REFERENCE_FACTOR * max(spp) + len(METHODS) * sum(spp)
-    with progress_bar(total, show=show_progress) as advance:
+    with progress_bar(total, show=show_progress) as advance, atomic_directory(out) as folder:
         reference = make_reference(loaded, domain, jitter, max(spp), seed, advance)
         measured = []
         for n in spp:
@@ -156,9 +158,8 @@ def compare(
                 advance(f"{method.label}, {n} spp", 0)
                 measured.append(measure(loaded, method, reference, domain, jitter, n, seed))
                 advance(f"{method.label}, {n} spp", n)
-
-    with atomic_directory(out) as folder:
-        results = _report(folder, reference, measured, _command(scene, domain, spp, size, seed, jitter), jitter)
+        command = _command(scene, out, domain, spp, size, seed, jitter)
+        results = _report(folder, reference, measured, command, jitter)
         results.write(folder)
     return results
 
@@ -218,7 +219,7 @@ def mean_flip(reference: Image, image: Image) -> float:
     """Mean ꟻLIP of the images as shown (sRGB, clipped), 0 to 1."""
     import flip_evaluator
 
-    shown = [srgb(x[..., :3]).astype(np.float32) for x in (reference, image)]
+    shown = [srgb(rgb(x)).astype(np.float32) for x in (reference, image)]
     _, mean, _ = flip_evaluator.evaluate(*shown, "LDR", inputsRGB=True, applyMagma=False, computeMeanError=True)
     return float(mean)
 
@@ -333,13 +334,13 @@ def _middle(spp: list[int]) -> int:
 
 def _command(
     scene: str | os.PathLike[str],
+    out: str | os.PathLike[str],
     domain: str,
     spp: Sequence[int],
     size: tuple[int, int] | None,
     seed: int,
     jitter: bool,
 ) -> str:
-    sized = f" --size {size[0]}x{size[1]}" if size else ""
-    jittered = " --jitter" if jitter else " --no-jitter"
-    numbers = ",".join(map(str, spp))
-    return f"voroquad compare {os.fspath(scene)} --domain {domain} --spp {numbers}{sized}{jittered} --seed {seed}"
+    command = ["voroquad", "compare", os.fspath(scene), "-o", os.fspath(out), "--domain", domain]
+    command += ["--spp", ",".join(map(str, spp)), "--jitter" if jitter else "--no-jitter", "--seed", str(seed)]
+    return shlex.join(command + (["--size", f"{size[0]}x{size[1]}"] if size else []))

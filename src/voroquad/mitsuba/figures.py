@@ -25,14 +25,14 @@ from ..style import (
     label_line_ends,
     new_figure,
 )
-from .render import Image, srgb
+from .render import Image, rgb, srgb
 
 Window = tuple[slice, slice]
 
 
 def image_png(image: Image, path: Path, magnify: int = 1) -> None:
     """Write an image in sRGB, its pixels magnified."""
-    imsave(path, np.kron(srgb(image[..., :3]), np.ones((magnify, magnify, 1))))
+    imsave(path, np.kron(srgb(rgb(image)), np.ones((magnify, magnify, 1))))
 
 
 def difference_png(error: NDArray[np.float64], scale: float, path: Path) -> None:

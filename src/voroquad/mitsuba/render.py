@@ -60,6 +60,8 @@ def one_line_errors() -> Iterator[None]:
     try:
         yield
     except RuntimeError as error:
+        if "KeyboardInterrupt" in str(error) or isinstance(error.__cause__, KeyboardInterrupt):
+            raise KeyboardInterrupt from None  # it passed through a callback of Mitsuba's
         raise ValueError(_message(error)) from None
 
 
@@ -72,6 +74,12 @@ def _message(error: BaseException) -> str:
     raised = re.findall(r"^\w*(?:Error|Exception): (.*)$", text, re.MULTILINE)
     text = raised[-1] if raised else re.sub(r"\[\w+\.cpp:\d+\] ", "", text)
     return " ".join(text.split())
+
+
+def check_seed(seed: int) -> None:
+    """Raise ValueError for a seed that Mitsuba, whose seeds have 32 bits, does not take."""
+    if not 0 <= seed < 2**32:
+        raise ValueError(f"seed must be a whole number from 0 to 2^32 − 1, got {seed}")
 
 
 def load_scene(scene: str | os.PathLike[str], size: tuple[int, int] | None = None) -> mi.Scene:
@@ -119,7 +127,12 @@ def write_image(image: Image, path: str | os.PathLike[str]) -> None:
         if suffix == ".exr":
             mi.Bitmap(image.astype(np.float32)).write(str(temporary))
         else:
-            mi.Bitmap((srgb(image[..., :3]) * 255 + 0.5).astype(np.uint8)).write(str(temporary))
+            mi.Bitmap((srgb(rgb(image)) * 255 + 0.5).astype(np.uint8)).write(str(temporary))
+
+
+def rgb(image: Image) -> Image:
+    """The colours (height, width, 3) of an image with or without alpha, grey or not."""
+    return image[..., :3] if image.shape[-1] >= 3 else np.repeat(image[..., :1], 3, axis=-1)
 
 
 def srgb(linear: Image) -> Image:
@@ -170,6 +183,7 @@ def render(
         There is no such scene or it is malformed; the sensor has no lens; what the plug-in refuses.
     """
     spp = positive_int("spp", spp)
+    check_seed(seed)
     one_of("image format", Path(out).suffix.lower(), (".exr", ".png"))
     loaded = load_scene(scene, size)
     integrator = make_integrator(
