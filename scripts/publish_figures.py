@@ -9,6 +9,7 @@ The folder holds `study` (voroquad study) and `compare` (voroquad compare depth-
 from __future__ import annotations
 
 import csv
+import math
 import re
 import shutil
 import sys
@@ -113,9 +114,27 @@ def gain_table(source: Path) -> str:
     return "\n".join(lines)
 
 
+def quad_table(source: Path) -> str:
+    """Geometric means over families of qmc_quad's MSE over that of vq.quad, from the committed benchmark."""
+    rows = [row for row in read(ROOT / "benchmarks" / "results" / "quad_peers.csv") if row["peer"] == "qmc_quad"]
+    sizes = sorted({int(row["n"]) for row in rows})
+    lines = ["| d | " + " | ".join(f"{n} evaluations" for n in sizes) + " |", "| --- |" + " ---: |" * len(sizes)]
+    for d in sorted({int(row["d"]) for row in rows}):
+        cells = []
+        for n in sizes:
+            ratios = [
+                float(r["mse_ratio"]) for r in rows if (int(r["d"]), int(r["n"])) == (d, n) and r["family"] != "all"
+            ]
+            mean = math.exp(math.fsum(map(math.log, ratios)) / len(ratios))
+            cells.append(f"{mean:.2g}" if mean < 100 else scientific(mean))
+        lines.append(f"| {d} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
 TABLES: dict[tuple[str, str], Callable[[Path], str]] = {
     ("README.md", "depth-of-field"): depth_of_field_table,
     ("README.md", "rules"): rules_table,
+    ("README.md", "quad"): quad_table,
     ("docs/mitsuba.md", "gain"): gain_table,
 }
 

@@ -64,7 +64,6 @@ def test_a_file_in_the_way_is_told_before_the_work(monkeypatch, tmp_path, capsys
         (["--max-n", "16"], "max_n must be at least 32"),
         (["--replicates", "1"], "replicates must be at least 2"),
         (["--replicates", "0"], "replicates must be a whole number of at least 1"),
-        (["--seed", "-1"], "Invalid value for '--seed'"),
     ],
 )
 def test_bad_options_are_one_line(monkeypatch, tmp_path, capsys, arguments, message):
@@ -75,6 +74,11 @@ def test_bad_options_are_one_line(monkeypatch, tmp_path, capsys, arguments, mess
     assert message in error
     assert error.count("\n") == 1
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_negative_seed_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="seed must be at least 0"):
+        run.run_study(tmp_path / "out", seed=-1)
 
 
 def test_a_failure_leaves_nothing(quick, monkeypatch, tmp_path):
