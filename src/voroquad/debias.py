@@ -16,7 +16,7 @@ def by_bias_function(
 
 
 def exchange_uniform(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Exchange weights of independent uniform samples of [0, 1] (theory, section 2.2).
+    """Exchange weights of independent uniform samples of [0, 1] (docs/theory.md, (8)).
 
     With the spacings D_0 = x_1, D_i = x_{i+1} − x_i, D_n = 1 − x_n of the sorted samples, write
     w_i = Σ_j A_ij D_j. Given x_(i) = x, the mean of D_j is x/i for j < i and (1−x)/(n−i+1) from i on,
@@ -45,7 +45,7 @@ def exchange_uniform(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def exchange_stratified(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Exchange weights of one sample per interval [(i−1)/n, i/n) (theory, section 2.2).
+    """Exchange weights of one sample per interval [(i−1)/n, i/n) (docs/theory.md, (9)).
 
     With v_i = n x_i − (i−1) − ½ in [−½, ½), mean zero: sample j shifts the weight v_j/2 from its
     right to its left neighbour, as Voronoi cells do, but never its own; the first and the last

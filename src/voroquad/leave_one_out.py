@@ -134,7 +134,7 @@ def fit_strata(samples: SampleSet, order: int, threads: int, values: Array | Non
         Î = Σ_i [ ∫_{S_i} P_i + |S_i| (f(x_i) − P_i(x_i)) ].
 
     P_i does not depend on x_i, which is uniform in S_i, so each term has mean ∫_{S_i} f: the rule is
-    unbiased for every integrand. See docs/theory.md, section 2.3.
+    unbiased for every integrand. docs/theory.md, (10) and (11).
     """
     points = np.atleast_3d(samples.points) if samples.points.ndim == 3 else samples.points[None]
     assert samples.strata is not None

@@ -33,7 +33,8 @@ def weights(
     Parameters
     ----------
     samples : SampleSet or array_like, (n,), (n, d) or (sets, n, d)
-        What :func:`voroquad.sample` returned, or bare points of [0, 1)^d.
+        What :func:`voroquad.sample` returned, or bare points of [0, 1)^d (of [0, 1]^d without a
+        design).
     order : int
         0: a sample stands for its Voronoi cell. p ≥ 1: polynomials of total degree p are integrated
         exactly; where a set has too few strata for p, the highest degree that it supports.
