@@ -16,16 +16,21 @@ import voroquad as vq
 
 
 def mirrored_voronoi(points: np.ndarray) -> np.ndarray:
-    """Cell measures by Qhull: points mirrored in every face make the cells end there."""
-    n, d = points.shape
-    images = [points]
-    for axis, face in itertools.product(range(d), (0.0, 1.0)):
-        image = points.copy()
-        image[:, axis] = 2 * face - image[:, axis]
-        images.append(image)
-    diagram = Voronoi(np.vstack(images))
-    regions = (diagram.regions[diagram.point_region[i]] for i in range(n))
-    return np.array([ConvexHull(diagram.vertices[region]).volume for region in regions])
+    """Cell measures by Qhull: points mirrored in all faces make the cells end there.
+
+    A point on a face is its own image: half of its cell lies in the box, of one on an edge a quarter.
+    """
+    images = points
+    for axis in range(points.shape[1]):
+        mirrored = [images]
+        for face in (0.0, 1.0):
+            image = images[images[:, axis] != face]
+            mirrored.append(image + 2 * (face - image[:, axis, None]) * np.eye(points.shape[1])[axis])
+        images = np.concatenate(mirrored)
+    diagram = Voronoi(images)
+    regions = (diagram.regions[diagram.point_region[i]] for i in range(len(points)))
+    volumes = np.array([ConvexHull(diagram.vertices[region]).volume for region in regions])
+    return volumes / 2.0 ** ((points == 0) | (points == 1)).sum(axis=1)
 
 
 def lattice(k: int, d: int, *, centred: bool) -> np.ndarray:
@@ -136,7 +141,7 @@ def test_equals_qhull_on_random_points(d, n):
 
 
 @pytest.mark.parametrize("d", [2, 3])
-@pytest.mark.parametrize("kind", ["lattice", "line", "near-faces", "jittered", "merged duplicates"])
+@pytest.mark.parametrize("kind", ["lattice", "line", "border", "near-faces", "jittered", "merged duplicates"])
 def test_equals_qhull_on_special_points(d, kind):
     rng = np.random.default_rng(1)
     if kind == "lattice":
@@ -144,6 +149,10 @@ def test_equals_qhull_on_special_points(d, kind):
     elif kind == "line":
         points = np.full((30, d), 0.3)
         points[:, 0] = rng.random(30)
+    elif kind == "border":
+        points = rng.random((60, d))
+        points[np.arange(30), rng.integers(0, d, 30)] = rng.integers(0, 2, 30)
+        points[:2] = [[0] * d, [1] * d]
     elif kind == "near-faces":
         points = rng.random((60, d))
         points[:30, 0] *= 1e-3
