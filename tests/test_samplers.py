@@ -3,7 +3,7 @@ import pytest
 from scipy.stats import kstest, qmc
 
 import voroquad as vq
-from voroquad.samplers import DESIGNS, grid_shape, stratum_index
+from voroquad.samplers import DESIGNS, _inside, grid_shape, stratum_index
 
 
 @pytest.mark.parametrize("design", DESIGNS)
@@ -107,3 +107,12 @@ def test_a_callable_cannot_pass_for_a_design():
         return qmc.Halton(d, rng=rng)
 
     assert vq.sample(stratified, n=8, d=2, rng=1).design == "engine"
+
+
+@pytest.mark.parametrize("strata", [(49,), (1000,), (7, 11)])
+@pytest.mark.parametrize("u", [0.0, np.nextafter(1, 0)])
+def test_rounding_puts_no_point_out_of_its_stratum(strata, u):
+    n, d = int(np.prod(strata)), len(strata)
+    corners = np.indices(strata).reshape(d, n).T
+    points = _inside((corners + np.full((1, n, d), u)) / strata, corners, strata)
+    np.testing.assert_array_equal(stratum_index(points[0], strata), np.arange(n))

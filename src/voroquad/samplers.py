@@ -322,9 +322,9 @@ def _from_digits(digits: NDArray[np.uint64], rng: np.random.Generator) -> NDArra
 
 
 def _inside(points: NDArray[np.float64], corners: NDArray[np.intp], strata: tuple[int, ...]) -> NDArray[np.float64]:
-    """Move points that rounding has put on the upper face of their stratum back into it."""
-    above = (points * strata).astype(np.intp) > corners
-    points[above] = np.nextafter(points[above], 0.0)
+    """Move points that rounding has put on or beyond a face of their stratum back into it."""
+    while (astray := (points * strata).astype(np.intp) - corners).any():
+        points = np.where(astray == 0, points, np.nextafter(points, np.where(astray > 0, 0.0, 1.0)))
     return points
 
 
