@@ -1,6 +1,6 @@
 # make demo   the talk's study and a depth-of-field comparison at a small size, then out/index.html
 # make test   what CI runs; make test-all adds the slow tests
-# Every target makes what it needs first: .venv, the installed package, libLLVM.
+# Every target makes what it needs first: .venv, the installed package, libLLVM, Chromium for the browser tests.
 
 PYTHON ?= python3
 VENV := .venv
@@ -9,7 +9,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 CORE := $(wildcard include/voroquad/*.hpp) $(wildcard src/bindings/*) CMakeLists.txt
 
-.PHONY: install llvm demo test test-all lint format figures clean
+.PHONY: install llvm chromium demo test test-all lint format figures clean
 
 install: $(VENV)/.installed
 
@@ -28,13 +28,16 @@ $(VENV)/.installed: $(BIN)/python pyproject.toml $(CORE)
 llvm: $(BIN)/python
 	@PYTHON=$(BIN)/python scripts/ensure-llvm.sh
 
+chromium:
+	@scripts/ensure-chromium.sh
+
 demo: install llvm
 	$(BIN)/voroquad demo -o out
 
-test: install llvm lint
+test: install llvm chromium lint
 	$(BIN)/python -m pytest -m 'not slow' -n 2
 
-test-all: install llvm lint
+test-all: install llvm chromium lint
 	$(BIN)/python -m pytest -n 2
 
 lint: install

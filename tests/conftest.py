@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+import shutil
+from collections.abc import Callable, Iterator
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from hypothesis import settings
+
+if TYPE_CHECKING:
+    from playwright.sync_api import Browser
 
 # A correct program must not fail for slowness of a busy machine, and must fail alike everywhere
 settings.register_profile("default", deadline=None, derandomize=True, print_blob=True)
@@ -38,3 +43,17 @@ def z_score() -> Callable[[np.ndarray, float], float]:
         return float((estimates.mean() - truth) / error)
 
     return z
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Browser]:
+    """Headless Chromium, the system's own."""
+    executable = shutil.which("chromium")
+    if executable is None:
+        pytest.skip("needs Chromium: scripts/ensure-chromium.sh installs it")
+    from playwright.sync_api import sync_playwright
+
+    with sync_playwright() as playwright:
+        chromium = playwright.chromium.launch(executable_path=executable)
+        yield chromium
+        chromium.close()
