@@ -1,0 +1,247 @@
+"""What must hold for the cells of any points at all: drawn by Hypothesis from sets without general position.
+
+A short run is part of the suite. The long one draws 20 000 sets for each test, 1.8·10⁵ in all:
+
+    HYPOTHESIS_PROFILE=long python -m pytest tests/test_cells_any_points.py
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import voroquad as vq
+
+KINDS = [
+    *["any", "uniform", "lattice", "hexagonal", "flat", "diagonal", "border", "copies", "cluster", "neighbours"],
+    *["octaves", "sphere", "sphere and centre", "spokes", "rings", "mirrored"],
+]
+
+
+@st.composite
+def any_set(draw: st.DrawFn, max_size: int = 40) -> np.ndarray:
+    """Up to three groups of points, each of a kind that breaks algorithms which hope for general position."""
+    d = draw(st.integers(1, 3))
+    groups = []
+    for _ in range(draw(st.integers(1, 3))):
+        kind = draw(st.sampled_from(KINDS))
+        if kind == "any":
+            x = np.array(draw(st.lists(st.floats(0, 1), min_size=d, max_size=4 * d)))
+            x = x[: x.size // d * d].reshape(-1, d)
+        else:
+            rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+            x = group_of(kind, draw(st.integers(1, max_size)), d, rng)
+        groups.append(np.clip(x, 0, 1))
+    return np.concatenate(groups)
+
+
+def group_of(kind: str, n: int, d: int, rng: np.random.Generator) -> np.ndarray:
+    """n points of a kind, about."""
+    x = rng.random((n, d))
+    middle = rng.choice([0.0, 0.5, 1.0], d) if rng.integers(2) else rng.random(d)
+    size = 10.0 ** -rng.integers(0, 17)
+    directions = rng.normal(size=(n, d))
+    directions /= np.linalg.norm(directions, axis=1, keepdims=True)
+    match kind:
+        case "lattice":
+            k = rng.integers(1, 17)
+            return rng.integers(0, k + 1, (n, d)) / k
+        case "hexagonal":
+            rows = rng.integers(-8, 8, (n, d)) @ (np.eye(d) + 0.5 * (1 - np.eye(d)))
+            return middle + size / 8 * rows * (3**0.5 / 2) ** np.arange(d)
+        case "flat":
+            x[:, rng.permutation(d)[: rng.integers(1, d + 1)]] = rng.random()
+        case "diagonal":
+            return np.repeat(x[:, :1], d, axis=1)
+        case "border":
+            x[np.arange(n), rng.integers(0, d, n)] = rng.integers(0, 2, n)
+        case "copies":
+            return x[rng.integers(0, max(1, n // 4), n)]
+        case "cluster":
+            return middle + (x - 0.5) * 10.0 ** -rng.integers(0, 311)
+        case "neighbours":  # floating-point numbers that follow each other
+            return middle + rng.integers(-3, 4, (n, d)) * np.spacing(middle)
+        case "octaves":  # all distances from a point, as far as they go
+            return middle + rng.choice([-1, 1], (n, d)) * 2.0 ** -rng.integers(1, 1075, (n, d)).astype(float)
+        case "sphere":
+            return 0.5 + size * directions
+        case "sphere and centre":  # a cell with a face for every other point
+            directions[0] = 0
+            return 0.5 + size / 2 * directions
+        case "spokes":
+            return 0.5 + directions[rng.integers(0, 1 + n // 5, n)] * rng.integers(-4, 5, (n, 1)) / 8
+        case "rings":
+            return 0.5 + directions * rng.integers(0, 4, (n, 1)) / 8
+        case "mirrored":  # whose bisectors are the borders or meet in one point
+            x = x[: 1 + n // 3]
+            return np.concatenate([x, 1 - x, x[:, ::-1]])
+    return x
+
+
+def exact_measures(points: np.ndarray, periodic: bool) -> np.ndarray:
+    """Cell measures from exact half-spaces with whole coefficients."""
+    exact = [[Fraction(c) for c in point] for point in points.tolist()]
+    unit = math.lcm(2, *(c.denominator for point in exact for c in point))
+    sites = [tuple(int(c * unit) for c in point) for point in exact]
+    d = points.shape[1]
+    turns = list(itertools.product([-unit, 0, unit] if periodic else [0], repeat=d))
+    distinct = set(sites)
+    measure = {}
+    for site in distinct:
+        half_spaces = []
+        for axis in range(d):
+            for side in (-1, 1):
+                to_face = unit // 2 if periodic else site[axis] if side < 0 else unit - site[axis]
+                half_spaces.append([side * (a == axis) for a in range(d)] + [to_face])
+        for other, turn in itertools.product(distinct - {site}, turns):
+            q = [b + t - a for a, b, t in zip(site, other, turn, strict=True)]
+            if not periodic or sum(c * c for c in q) < unit * sum(map(abs, q)):  # else it misses the box
+                half_spaces.append([*(2 * c for c in q), sum(c * c for c in q)])
+        measure[site] = polytope_measure(half_spaces, unit)
+    return np.array([measure[site] / sites.count(site) for site in sites])
+
+
+def polytope_measure(half_spaces: list[list[int]], unit: int) -> float:
+    """Length, area or volume, in units, of all y with a·y ≤ c for each row [*a, c]; a bounded set.
+
+    The volume is a sum over faces, a d-th of height times area, and so on for the faces
+    (J. B. Lasserre, "An analytical expression and an algorithm for the volume of a convex
+    polyhedron in R^n", J. Optim. Theory Appl. 39, 1983). A face is measured where it is projected
+    along a coordinate axis; only lengths are rounded.
+    """
+    rows = set()
+    for row in half_spaces:
+        if any(row[:-1]):
+            divisor = math.gcd(*row)
+            rows.add(tuple(c // divisor for c in row))
+        elif row[-1] < 0:
+            return 0.0  # no y at all
+    if len(half_spaces[0]) == 2:
+        a, c = least_fraction([(a, c) for a, c in rows if a > 0])
+        b, e = least_fraction([(-a, c) for a, c in rows if a < 0])
+        length = c * b + e * a  # from −e/b to c/a, times a b
+        return length / (a * b * unit) if length > 0 else 0.0
+    total = 0.0
+    for face in rows:
+        axis = max(range(len(face) - 1), key=lambda k: abs(face[k]))
+        pivot = face[axis]
+        sign = 1 if pivot > 0 else -1
+        on_face = [
+            [abs(pivot) * row[k] - sign * row[axis] * face[k] for k in range(len(face)) if k != axis]
+            for row in rows
+            if row != face
+        ]
+        total += face[-1] / (abs(pivot) * unit) * polytope_measure(on_face, unit)
+    return total / (len(half_spaces[0]) - 1)
+
+
+def least_fraction(ends: list[tuple[int, int]]) -> tuple[int, int]:
+    """The least of the fractions c/a, each given as (a, c) with a > 0."""
+    least = ends[0]
+    for a, c in ends[1:]:
+        if c * least[0] < least[1] * a:
+            least = (a, c)
+    return least
+
+
+def few(points: np.ndarray, most: tuple[int, int, int]) -> np.ndarray:
+    """A few points of a set, by dimension: the exact measures take the d-th power of their number, d ≤ 3, for each."""
+    return np.random.default_rng(0).permutation(points)[: most[points.shape[1] - 1]]
+
+
+@given(any_set())
+def test_the_exact_measures_are_shares_of_one(points):
+    points = few(points, (10, 10, 5))
+    assert exact_measures(points, periodic=False).sum() == pytest.approx(1, abs=1e-13)
+
+
+@given(any_set())
+def test_measures_are_those_of_exact_arithmetic(points):
+    points = few(points, (50, 24, 7))
+    np.testing.assert_allclose(vq.cells(points).measures, exact_measures(points, periodic=False), rtol=0, atol=1e-12)
+
+
+@given(any_set())
+def test_torus_measures_are_those_of_exact_arithmetic(points):
+    points = few(points % 1.0, (20, 5, 2))
+    np.testing.assert_allclose(
+        vq.cells(points, periodic=True).measures, exact_measures(points, periodic=True), rtol=0, atol=1e-12
+    )
+
+
+@given(any_set(), st.booleans())
+def test_measures_of_any_set_are_shares_of_one(points, periodic):
+    points = points % 1.0 if periodic else points
+    measures = vq.cells(points, periodic=periodic).measures
+    assert np.isfinite(measures).all()
+    assert (measures >= 0).all()
+    assert abs(measures.sum() - 1) <= 1e-12
+    _, site = np.unique(points, axis=0, return_inverse=True)
+    order = np.argsort(site.ravel(), kind="stable")
+    same = np.diff(site.ravel()[order]) == 0
+    assert (np.diff(measures[order])[same] == 0).all(), "points that coincide share equally"
+
+
+@given(any_set(), st.booleans())
+def test_polygons_are_the_cells(points, periodic):
+    points = np.resize(points, (len(points), 2)) % (1.0 if periodic else np.inf)
+    shared = np.unique(points, axis=0, return_inverse=True, return_counts=True)
+    cells = vq.cells(points, periodic=periodic)
+    for i, (site, polygon) in enumerate(zip(points, cells.polygons(), strict=True)):
+        corner = polygon - site
+        after = np.roll(corner, -1, axis=0)
+        cross = corner[:, 0] * after[:, 1] - corner[:, 1] * after[:, 0]
+        assert (cross >= -1e-15).all(), "counter-clockwise around the site"
+        assert 0.5 * cross.sum() / shared[2][shared[1].ravel()[i]] == pytest.approx(cells.measures[i], abs=1e-13)
+        gaps = np.abs(polygon[:, None] - points)
+        gaps = np.minimum(gaps % 1.0, 1 - gaps % 1.0) if periodic else gaps
+        assert (np.linalg.norm(gaps, axis=2).min(axis=1) >= np.linalg.norm(corner, axis=1) - 1e-12).all()
+
+
+@given(any_set(), st.booleans(), st.randoms(use_true_random=False))
+def test_symmetries_of_the_box(points, periodic, random):
+    points = points % 1.0 if periodic else points
+    d = points.shape[1]
+    axes = random.sample(range(d), d)
+    image = points[:, axes].copy()
+    exact = 1 - (1 - image) == image  # mirrored without rounding
+    flip = exact.all(axis=0) & ((image > 0).all(axis=0) | (not periodic))
+    image = np.where(flip, 1 - image, image)
+    order = random.sample(range(len(points)), len(points))
+    measures = vq.cells(points, periodic=periodic).measures
+    np.testing.assert_allclose(vq.cells(image[order], periodic=periodic).measures, measures[order], rtol=0, atol=1e-13)
+
+
+@given(any_set(), st.booleans(), st.lists(st.floats(0, 1, exclude_max=True), min_size=3, max_size=3))
+def test_one_more_point_only_shrinks_other_cells(points, periodic, extra):
+    points = points % 1.0 if periodic else points
+    before = vq.cells(points, periodic=periodic).measures
+    after = vq.cells(np.vstack([points, extra[: points.shape[1]]]), periodic=periodic).measures[:-1]
+    assert (after <= before + 1e-13).all()
+
+
+@given(any_set(), st.lists(st.integers(0, 2**20), min_size=3, max_size=3))
+def test_torus_cells_move_with_their_points(points, shift):
+    points = np.floor(points * 2**20) / 2**20 % 1.0  # so that shifts are exact
+    moved = (points + np.array(shift[: points.shape[1]]) / 2**20) % 1.0
+    np.testing.assert_allclose(
+        vq.cells(moved, periodic=True).measures, vq.cells(points, periodic=True).measures, rtol=0, atol=1e-13
+    )
+
+
+@given(any_set(max_size=12))
+def test_torus_cells_are_the_middle_cells_of_tiled_copies(points):
+    points = np.floor(points * 2**20) / 2**20 % 1.0
+    d = points.shape[1]
+    tiles = np.array(list(itertools.product(range(4), repeat=d)))  # 4: a power of two scales exactly
+    tiled = ((points + tiles[:, None]) / 4).reshape(-1, d)
+    measures = vq.cells(tiled).measures.reshape(4**d, -1) * 4**d
+    inner = [i for i, tile in enumerate(tiles) if ((tile == 1) | (tile == 2)).all()]
+    for i in inner:
+        np.testing.assert_allclose(measures[i], vq.cells(points, periodic=True).measures, rtol=0, atol=1e-12)
