@@ -137,7 +137,8 @@ def polytope_measure(half_spaces: list[list[int]], unit: int) -> float:
             for row in rows
             if row != face
         ]
-        total += face[-1] / (abs(pivot) * unit) * polytope_measure(on_face, unit)
+        if area := polytope_measure(on_face, unit):
+            total += face[-1] / (abs(pivot) * unit) * area
     return total / (len(half_spaces[0]) - 1)
 
 
