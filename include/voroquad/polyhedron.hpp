@@ -118,6 +118,25 @@ public:
         return false;
     }
 
+    // Calls visit(corners) for each face, a std::vector of points counter-clockwise from outside.
+    // Where more than three faces meet, corners coincide.
+    template <class Visit>
+    void for_each_face(Visit &&visit) const {
+        std::vector<char> walked(4 * size_, 0);
+        for (const std::uint32_t v : free_) std::fill_n(walked.begin() + 4 * v, 4, 1);
+        std::vector<Point<3>> corners;
+        for (std::uint32_t first = 0; first < 4 * size_; ++first) {
+            if ((first & 3) == 3 || walked[first]) continue;
+            corners.clear();
+            for (std::uint32_t edge = first; !walked[edge]; edge = turn(twin_[edge])) {
+                walked[edge] = 1;
+                const std::uint32_t v = edge >> 2;
+                corners.push_back({xyz_[0][v], xyz_[1][v], xyz_[2][v]});
+            }
+            visit(static_cast<const std::vector<Point<3>> &>(corners));
+        }
+    }
+
 private:
     // Half-edge 4v + k, k = 0, 1, 2, leaves vertex v; the three of a vertex are numbered
     // clockwise from outside.
