@@ -3,7 +3,7 @@
     python benchmarks/order0_rules.py
 
 writes benchmarks/results/order0_rules.csv. Control neighbours (Leluc, Portier, Segers and Zhuman,
-Bernoulli 2024) is written here from its formula, as a comparator; it is not part of the library.
+Bernoulli 2024) is a comparator, written in peer_rules.py from its formula.
 """
 
 from __future__ import annotations
@@ -15,8 +15,8 @@ from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
+from peer_rules import control_neighbours
 from scipy.integrate import dblquad
-from scipy.spatial import cKDTree
 
 import voroquad as vq
 
@@ -39,29 +39,6 @@ FUNCTIONS: dict[str, tuple[Callable[[Floats, Floats], Floats], float]] = {
 }
 
 
-def nearest_cells(points: Floats, grid: Floats) -> tuple[Floats, Floats]:
-    """Shares (n,) of the grid whose nearest sample, and whose second nearest, is each point."""
-    n = len(points)
-    _, order = cKDTree(points).query(grid, k=2)
-    return tuple(np.bincount(order[:, k], minlength=n) / len(grid) for k in (0, 1))
-
-
-def control_neighbours(s: vq.SampleSet, grid: Floats) -> Floats:
-    """Weights (sets, n) of Î = (1/n) Σ_i [ f_i − f̂^(−i)(x_i) + ∫ f̂^(−i) ], f̂ the nearest sample's value.
-
-    Without x_i its cell goes to the second nearest samples. The cells are voroquad's own, exact; the
-    regions of second nearest samples are counted on a fine grid, as only they enter with 1/n.
-    """
-    n = s.n
-    weights = np.empty(s.points.shape[:2])
-    cells = vq.cells(s.points).measures
-    for w, points, areas in zip(weights, s.points, cells, strict=True):
-        _, neighbours = cKDTree(points).query(points, k=2)
-        _, second = nearest_cells(points, grid)
-        w[:] = 1 / n - np.bincount(neighbours[:, 1], minlength=n) / n + ((n - 1) * areas + second) / n
-    return weights
-
-
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--sets", type=int, default=1000, help="replicates of each set")
@@ -69,8 +46,6 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     args = parser.parse_args()
 
-    side = (np.arange(200) + 0.5) / 200
-    grid = np.stack(np.meshgrid(side, side), axis=-1).reshape(-1, 2)
     rows = []
     for n in map(int, args.n.split(",")):
         for design in ("uniform", "stratified"):
@@ -82,7 +57,7 @@ def main() -> None:
                 "boundary control": vq.weights(s, debias="leave-one-out"),
             }
             if design == "uniform":
-                rules["control neighbours"] = control_neighbours(s, grid)
+                rules["control neighbours"] = np.stack([control_neighbours(points) for points in s.points])
             for name, (f, integral) in FUNCTIONS.items():
                 values = f(s.points[..., 0], s.points[..., 1])
                 for rule, w in rules.items():

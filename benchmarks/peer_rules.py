@@ -1,113 +1,131 @@
-"""Rules of others, at a given number of evaluations. Each entry of PEERS makes, for d and n, a function
-(integrand, n, seed) -> (estimate, evaluations), or None where the rule does not exist."""
+"""Unbiased rules of others, written here from their papers as comparators; they are no part of the library."""
 
-import functools
 import itertools
-from collections.abc import Callable
+import math
+from collections.abc import Iterator, Sequence
+from functools import cache, partial
 
 import numpy as np
-import scipy.integrate
+from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
-from voroquad.study.genz import Integrand
+import voroquad as vq
+from voroquad.study.integrand import Integrand
+from voroquad.study.peers import Estimates, Rule
 
-Rule = Callable[[Integrand, int, int], tuple[float, int]]
+Floats = NDArray[np.float64]
 
-
-def qmc_quad(f: Integrand, n: int, seed: int, engine: type[qmc.QMCEngine] = qmc.Sobol) -> tuple[float, int]:
-    """scipy.integrate.qmc_quad, 8 sets."""
-    result = scipy.integrate.qmc_quad(
-        f,
-        np.zeros(f.d),
-        np.ones(f.d),
-        n_estimates=8,
-        n_points=n // 8,
-        qrng=engine(f.d, rng=np.random.default_rng(seed)),
-    )
-    return float(result.integral), n // 8 * 8
+# ---------------------------------------------------------------------- control neighbours
 
 
-def cubature(f: Integrand, n: int, seed: int) -> tuple[float, int]:
-    """scipy.integrate.cubature (Genz–Malik, in one dimension Gauss–Kronrod), subdivided while n lasts."""
-    calls = 0
+def control_neighbours(points: Floats) -> Floats:
+    """Weights (n,) of Î = (1/n) Σ_i [ f_i − f̂^(−i)(x_i) + ∫ f̂^(−i) ], f̂ the nearest sample's value.
 
-    def counted(x: np.ndarray) -> np.ndarray:
-        nonlocal calls
-        calls += len(x)
-        return f(x.T)
-
-    rule = "gk21" if f.d == 1 else "genz-malik"
-    value, used = np.nan, 0
-    for subdivisions in itertools.count():  # the number of subdivisions that n allows
-        calls = 0
-        result = scipy.integrate.cubature(
-            counted, np.zeros(f.d), np.ones(f.d), rule=rule, rtol=0, atol=0, max_subdivisions=subdivisions
-        )
-        if calls > n and subdivisions > 0:
-            return value, used
-        value, used = float(result.estimate), calls
-        if result.status == "converged":
-            return value, used
-
-
-def control_neighbours(f: Integrand, n: int, seed: int) -> tuple[float, int]:
-    """Leave-one-out with the nearest neighbour, independent points (Leluc, Portier, Segers and Zhuman 2024).
-
-    The integral of the nearest-neighbour interpolant is by n² further points that cost no evaluation.
+    R. Leluc, F. Portier, J. Segers and A. Zhuman, "Speeding up Monte Carlo integration: control neighbors for
+    optimal convergence", Bernoulli 2024. Without x_i its cell goes to the second nearest samples. Cells are exact
+    up to three dimensions; the regions of second nearest samples, which enter with 1/n only, and all cells above,
+    are counted with 2^16 probes.
     """
-    x = np.random.default_rng(seed).random((n, f.d))
-    values, tree = f(x.T), cKDTree(x)
-    _, nearest = tree.query(x, k=2)
-    _, pair = tree.query(qmc.Sobol(f.d, rng=np.random.default_rng(seed)).random(2**16), k=2)
-    # ∫ f̂^(−i) differs from ∫ f̂ on the cell of x_i only, where the second nearest takes over
-    integral = values[pair[:, 0]].mean() + (values[pair[:, 1]] - values[pair[:, 0]]).mean() / n
-    return float((values - values[nearest[:, 1]]).mean() + integral), n
+    n, d = points.shape
+    tree = cKDTree(points)
+    _, neighbours = tree.query(points, k=2)
+    _, order = tree.query(_probes(d), k=2)
+    first, second = (np.bincount(order[:, k], minlength=n) / len(order) for k in (0, 1))
+    cells = vq.cells(points).measures if d <= 3 else first
+    return 1 / n - np.bincount(neighbours[:, 1], minlength=n) / n + ((n - 1) * cells + second) / n
 
 
-def cubic_stratification(order: int, f: Integrand, n: int, seed: int) -> tuple[float, int]:
-    """Haber's and Chopin and Gerber's estimator (SIAM J. Numer. Anal. 2024), orders 1 and 2: k^d cubes with
-    a uniform point in each, for order 2 averaged with its mirror image in the cube's centre."""
-    per_cube = order
-    k = int((n / per_cube) ** (1 / f.d) + 1e-9)
-    centres = (np.indices((k,) * f.d).reshape(f.d, -1) + 0.5) / k
-    offset = (np.random.default_rng(seed).random(centres.shape) - 0.5) / k
-    points = [centres + offset] if order == 1 else [centres + offset, centres - offset]
-    return float(np.mean([f(x).mean() for x in points])), per_cube * k**f.d
+@cache
+def _probes(d: int) -> Floats:
+    return qmc.Sobol(d, rng=np.random.default_rng(d)).random(2**16)
 
 
-def vegas(f: Integrand, n: int, seed: int) -> tuple[float, int]:
-    """vegas: two iterations to adapt and three that count."""
-    import vegas as package
-
-    package.ranseed = None
-    np.random.seed(seed)  # noqa: NPY002, the generator that vegas uses
-    calls = 0
-
-    @package.lbatchintegrand
-    def counted(x: np.ndarray) -> np.ndarray:
-        nonlocal calls
-        calls += len(x)
-        return f(np.asarray(x).T)
-
-    integrator = package.Integrator([[0.0, 1.0]] * f.d)
-    integrator(counted, nitn=2, neval=n // 5)
-    result = integrator(counted, nitn=3, neval=n // 5)
-    return float(result.mean), calls
+def by_control_neighbours(functions: Sequence[Integrand], n: int, rng: np.random.Generator) -> Estimates:
+    """The rule on n independent points."""
+    points = rng.random((n, functions[0].d))
+    weights = control_neighbours(points)
+    return np.array([weights @ f.values(points) for f in functions]), n
 
 
-def _available(name: str) -> bool:
-    from importlib.util import find_spec
-
-    return find_spec(name) is not None
+# ---------------------------------------------------------------------- cubic stratification
 
 
-PEERS: dict[str, Callable[[int, int], Rule | None]] = {
-    "qmc_quad": lambda d, n: qmc_quad,
-    "qmc_quad-halton": lambda d, n: functools.partial(qmc_quad, engine=qmc.Halton),
-    "cubature": lambda d, n: cubature if n >= (21 if d == 1 else 2**d + 2 * d * d + 2 * d + 1) else None,
-    "control-neighbours": lambda d, n: control_neighbours,
-    "cubic-stratification-1": lambda d, n: functools.partial(cubic_stratification, 1),
-    "cubic-stratification-2": lambda d, n: functools.partial(cubic_stratification, 2),
-    "vegas": lambda d, n: vegas if _available("vegas") else None,
-}
+def cubic_stratification(order: int, functions: Sequence[Integrand], n: int, rng: np.random.Generator) -> Estimates:
+    """k^d cubes with a uniform point in each; its mirror image in the centre; a Taylor polynomial as control variate.
+
+    N. Chopin and M. Gerber, "Higher-order stochastic integration through cubic stratification", SIAM J. Numer. Anal.
+    2024, the estimator for functions that do not vanish at the boundary. With c the centres and u uniform in a cube,
+    order 1 is the mean of f(c + u), which is Haber's first rule; order 2 that of [f(c + u) + f(c − u)] / 2, his
+    second; order r = 4, 6, … subtracts Σ_{l = 2, 4, … r−2} Σ_{|α| = l} D^α f(c) (u^α − E u^α) / α!, with derivatives
+    by differences of f at the centres that are exact for polynomials of degree < r.
+    """
+    d = functions[0].d
+    k = cubes_per_axis(order, d, n)
+    v = rng.random((k**d, d)) - 0.5  # u in units of a cube's side
+    centres = np.indices((k,) * d).reshape(d, -1).T + 0.5
+    signs = (1, -1) if order > 1 else (1,)
+    estimates = np.array([np.mean([f.values((centres + s * v) / k) for s in signs]) for f in functions])
+    if order < 4:
+        return estimates, len(signs) * k**d
+    at_centres = np.stack([f.values(centres / k) for f in functions]).reshape(-1, *(k,) * d)
+    for degree in range(2, order, 2):
+        for alpha in multi_indices(d, degree):
+            derivative = at_centres
+            for axis, a in enumerate(alpha):
+                if a:
+                    matrix = differences(k, a, order - degree)
+                    derivative = np.moveaxis(np.tensordot(matrix, derivative, (1, axis + 1)), 0, axis + 1)
+            mean = math.prod(0.5**a / (a + 1) if a % 2 == 0 else 0.0 for a in alpha)
+            control = (np.prod(v**alpha, axis=1) - mean) / math.prod(map(math.factorial, alpha))
+            estimates -= derivative.reshape(len(functions), -1) @ control / k**d
+    return estimates, 3 * k**d
+
+
+def cubes_per_axis(order: int, d: int, n: int) -> int:
+    """The most that n evaluations allow: one per cube for order 1, two for order 2, three above."""
+    return math.floor((n / min(order, 3)) ** (1 / d) + 1e-9)
+
+
+def multi_indices(d: int, degree: int) -> Iterator[tuple[int, ...]]:
+    """All α ≥ 0 with |α| = degree."""
+    return (a for a in itertools.product(range(degree + 1), repeat=d) if sum(a) == degree)
+
+
+@cache
+def differences(k: int, derivative: int, accuracy: int) -> Floats:
+    """Matrix (k, k) of a derivative on k equidistant nodes, at unit distance.
+
+    Exact for polynomials of degree below derivative + accuracy: central formulas, with one node less or as many as
+    that takes, where they fit, else the nodes at the border.
+    """
+    matrix = np.zeros((k, k))
+    half = (derivative + 1) // 2 + accuracy // 2 - 1
+    for node in range(k):
+        if half <= node < k - half:
+            first, count = node - half, 2 * half + 1
+        else:
+            count = derivative + accuracy
+            first = 0 if node < half else k - count
+        offsets = np.arange(first, first + count) - node
+        moments = np.vander(offsets.astype(float), increasing=True).T
+        wanted = np.zeros(count)
+        wanted[derivative] = math.factorial(derivative)
+        matrix[node, first : first + count] = np.linalg.solve(moments, wanted)
+    return matrix
+
+
+def cubic_rule(order: int) -> Rule:
+    """Cubic stratification of one order."""
+
+    def exists(d: int, n: int) -> bool:
+        return cubes_per_axis(order, d, n) >= (order if order > 2 else 1)  # the widest difference has that many nodes
+
+    return Rule(f"cubic-{order}", partial(cubic_stratification, order), exists)
+
+
+CUBIC_ORDERS = (1, 2, 4, 6, 8, 10)
+COMPARATORS = (
+    Rule("control-neighbours", by_control_neighbours),
+    *(cubic_rule(order) for order in CUBIC_ORDERS),
+)

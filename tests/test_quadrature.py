@@ -85,7 +85,7 @@ def test_the_same_seed_gives_the_same_bits():
 @pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
 @pytest.mark.parametrize("d", [1, 2, 3, 4])
 def test_unbiased_with_a_jump(z_score, d):
-    f = next(i for i in instances(d, 1, 8) if i.family == "half-plane")
+    f = next(i for i in instances(d, 1, 8) if i.name == "half-plane")
     many = [vq.quad(lambda x: f(x) + x[0], np.zeros(d), np.ones(d), n_points=20, rng=s).integral for s in range(3000)]
     assert abs(z_score(np.array(many), f.integral + 0.5)) < 5.5
 
@@ -155,7 +155,7 @@ def test_bad_arguments_are_named(arguments, message):
 
 @pytest.mark.parametrize("family", ["gaussian", "kink", "half-plane"])
 def test_refines_until_the_interval_is_small_enough(family):
-    f = next(i for i in instances(2, 1, 3) if i.family == family)
+    f = next(i for i in instances(2, 1, 3) if i.name == family)
     r = vq.quad(f, [0, 0], [1, 1], n_points=64, rtol=1e-3, rng=1)
     low, high = r.confidence_interval()
     assert (high - low) / 2 <= 1e-3 * abs(r.integral)

@@ -20,6 +20,15 @@ def positive_int(name: str, value: Any) -> int:
     return number
 
 
+def whole_numbers(name: str, text: str) -> tuple[int, ...]:
+    """Read "16,64,256", each a whole number of at least 1."""
+    try:
+        numbers = [int(part) for part in text.split(",")]
+    except ValueError:
+        raise ValueError(f"{name} must be whole numbers separated by commas, got {text!r}") from None
+    return tuple(positive_int(name, number) for number in numbers)
+
+
 def one_of(name: str, value: Any, known: Iterable[str]) -> str:
     """Return `value` if it is one of the `known` names."""
     names = list(known)

@@ -102,17 +102,37 @@ Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the res
 @app.command()
 def study(
     output: Output,
-    replicates: Annotated[int, typer.Option(help="Sample sets behind every MSE; twice as many up to N = 512.")] = 1000,
-    max_n: Annotated[int, typer.Option(help="Largest number of samples, from 32 up.")] = 4096,
+    suite: Annotated[str, typer.Option(help="talk: the talk's study; genz: vq.quad and its peers.")] = "talk",
+    replicates: Annotated[
+        int | None, typer.Option(help="Sample sets behind every MSE: 1000, twice as many up to N = 512; genz: 50.")
+    ] = None,
+    max_n: Annotated[
+        int | None, typer.Option(help="Largest number of samples: 4096, from 32 up; genz: 2048, from 128 up.")
+    ] = None,
+    dimensions: Annotated[str | None, typer.Option(help="Of genz, such as 1,2,3.")] = None,
+    peers: Annotated[
+        str | None, typer.Option(help="Of genz, such as qmc_quad,vegas; default: those installed.")
+    ] = None,
+    instances: Annotated[int | None, typer.Option(help="Members of each of the families of genz: 5.")] = None,
     seed: Seed = 0,
     as_json: AsJson = False,
 ) -> None:
-    """Run the talk's numerical study: figures, numbers as CSV."""
-    from .study.run import run_study, summary
+    """Run a numerical study: figures, numbers as CSV."""
+    from ._checks import whole_numbers
+    from .study import suites
 
-    results = run_study(output, replicates=replicates, max_n=max_n, seed=seed)
+    results = suites.run_suite(
+        suite,
+        output,
+        replicates=replicates,
+        max_n=max_n,
+        dimensions=None if dimensions is None else whole_numbers("dimensions", dimensions),
+        peers=None if peers is None else peers.split(","),
+        instances=instances,
+        seed=seed,
+    )
     if as_json:
-        print(json.dumps(summary(results, output)))
+        print(json.dumps(suites.suite(suite).summary(results, output)))
     else:
         print(f"{sum(len(s.figures) for s in results.sections)} figures and their numbers: {output}")
 
@@ -204,11 +224,14 @@ def compare(
     as_json: AsJson = False,
 ) -> None:
     """Compare weighted sample sets with other samplers on a Mitsuba scene."""
+    from ._checks import whole_numbers
     from .mitsuba.compare import compare as run
-    from .mitsuba.compare import parse_spp, summary
+    from .mitsuba.compare import summary
     from .mitsuba.render import parse_size
 
-    results = run(scene, output, domain=domain, spp=parse_spp(spp), size=parse_size(size), seed=seed, jitter=jitter)
+    results = run(
+        scene, output, domain=domain, spp=whole_numbers("spp", spp), size=parse_size(size), seed=seed, jitter=jitter
+    )
     if as_json:
         print(json.dumps(summary(results, output)))
     else:
@@ -235,7 +258,10 @@ def main() -> None:
 
 
 #: The extra of the package that brings a module.
-_EXTRAS = {"matplotlib": "study", "jinja2": "study", "mitsuba": "render", "drjit": "render", "flip_evaluator": "render"}
+_EXTRAS = {
+    "matplotlib": "study", "jinja2": "study", "mitsuba": "render", "drjit": "render", "flip_evaluator": "render",
+    "vegas": "bench", "qmcpy": "bench",
+}  # fmt: skip
 
 
 def _one_line(error: BaseException) -> str:

@@ -85,15 +85,6 @@ class Reference:
     mse: float  # estimated from its two halves
 
 
-def parse_spp(text: str) -> tuple[int, ...]:
-    """Read "16,64,256"."""
-    try:
-        numbers = tuple(int(part) for part in text.split(","))
-    except ValueError:
-        raise ValueError(f"spp must look like 16,64,256, got {text!r}") from None
-    return tuple(positive_int("spp", n) for n in numbers)
-
-
 def compare(
     scene: str | os.PathLike[str],
     out: str | os.PathLike[str],

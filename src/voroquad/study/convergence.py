@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..samplers import SampleSet, sample
 from ..weights import weights
-from .functions import Integrand
+from .integrand import Integrand
 
 
 @dataclass(frozen=True)

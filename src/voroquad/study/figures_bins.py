@@ -15,7 +15,8 @@ from ..samplers import sample
 from ..style import BLUE, FAINT, INK, MUTED, VERMILION, house_style, new_figure
 from ..weights import weights
 from .drawing import Drawing
-from .functions import INTEGRANDS, Integrand
+from .functions import INTEGRANDS
+from .integrand import Integrand
 
 Array = NDArray[np.float64]
 SAMPLES = 20

@@ -14,7 +14,7 @@ from matplotlib.ticker import NullFormatter, NullLocator
 from ..style import BLUE, GREEN, INK, PURPLE, VERMILION, LineLabel, house_style, label_line_ends, new_figure
 from .convergence import Measurement, Method, Slope, fit_slope
 from .drawing import Drawing
-from .functions import Integrand
+from .integrand import Integrand
 
 _COLORS = {"uniform": BLUE, "stratified": VERMILION, "sobol": GREEN, "halton": PURPLE}
 _LINES: dict[str | None, dict[str, Any]] = {  # by weights: plain, Voronoi, its two corrections

@@ -5,41 +5,10 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True)
-class Integrand:
-    """A function over [0, 1]^d and its integral.
-
-    Parameters
-    ----------
-    name : str
-        Short name: file names and CSV columns.
-    title : str
-        Name in figures.
-    formula : str
-        What it computes, for the reader.
-    d : int
-        Dimension.
-    values : callable, (..., d) -> (...)
-        The function, over any batch of points.
-    integral : float
-        Its integral over the box, to the last digits of float64.
-    """
-
-    name: str
-    title: str
-    formula: str
-    d: int
-    values: Callable[[Array], Array]
-    integral: float
-
+from .integrand import Array, Integrand
 
 # ---------------------------------------------------------------------- the talk's test function
 

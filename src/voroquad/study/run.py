@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import csv
 import os
 import shlex
 from collections.abc import Callable
@@ -16,7 +15,7 @@ from .._files import atomic_directory
 from .._progress import progress_bar
 from ..results import Figure, Results, Section, Table
 from .convergence import METHODS_1D, METHODS_2D, Measurement, measure, powers_of_two
-from .drawing import Drawing, write_rows
+from .drawing import Drawing, read_rows, write_rows
 from .figures_bias import draw_bias_function, draw_three
 from .figures_bias_plane import draw_bias_plane
 from .figures_bins import draw_bins
@@ -114,16 +113,5 @@ def _convergence_section(folder: Path, measurements: list[Measurement], advance:
 def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
     """What ``voroquad study --json`` prints: the folder, its files and the fitted slopes."""
     folder = Path(out)
-    slopes = []
-    for section in results.sections:
-        for table in section.tables:
-            with (folder / table.csv).open(encoding="utf-8", newline="") as file:
-                slopes += [{k: _number(v) for k, v in row.items()} for row in csv.DictReader(file)]
+    slopes = [row for s in results.sections for table in s.tables for row in read_rows(folder / table.csv)]
     return {"folder": os.fspath(out), "slopes": slopes}
-
-
-def _number(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text

@@ -1,0 +1,337 @@
+"""vq.quad and its peers on families of integrands, at equal numbers of evaluations."""
+
+from __future__ import annotations
+
+import itertools
+import json
+import os
+import shlex
+import sys
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, dataclass
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._checks import one_of, positive_int
+from .._files import atomic_directory, atomic_path
+from .._progress import progress_bar
+from ..results import Results, Section, Table
+from .drawing import read_rows, write_rows
+from .figures_genz import draw_ratios
+from .genz import FAMILIES, instances
+from .peers import OURS, PEERS, Rule
+
+#: What is measured of an unfinished run, in its folder.
+UNFINISHED = "genz-unfinished.json"
+_TIMES = 3  # of which the fastest counts
+_ROUNDING = 2.0**-50  # of the mean of |f|, and less, is no error
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What a rule made of n evaluations in d dimensions.
+
+    Mean squared errors and their standard errors have an entry per integrand, family by family.
+    """
+
+    rule: str
+    d: int
+    n: int
+    evaluations: int
+    mse: list[float]
+    mse_error: list[float]
+
+
+@dataclass(frozen=True)
+class Settings:
+    """What cells must share to be compared."""
+
+    replicates: int
+    instances: int
+    seed: int
+
+
+def run_genz(
+    out: str | os.PathLike[str],
+    *,
+    dimensions: Sequence[int] = (1, 2, 3, 4, 6),
+    max_n: int = 2048,
+    peers: Sequence[str] | None = None,
+    replicates: int = 50,
+    instances: int = 5,
+    seed: int = 0,
+    show_progress: bool = True,
+    rules: Sequence[Rule] = PEERS,
+) -> Results:
+    """Compare :func:`voroquad.quad` with other rules and leave tables, figures and ``results.json`` in a folder.
+
+    Parameters
+    ----------
+    out : path
+        Folder; its entries change only once everything is measured. Until then it holds
+        ``genz-unfinished.json``, from which the same call goes on after an interruption.
+    dimensions : sequence of int
+        Each from 1 to 8.
+    max_n : int
+        Largest number of evaluations: the sizes are 128, 512, 2048 … up to it.
+    peers : sequence of str, optional
+        Names of the rules to compare with; by default all whose packages are installed.
+    replicates : int
+        Estimates of each integrand by each rule, at least 2.
+    instances : int
+        Random members of each family, at least 2.
+    seed : int
+        Seed ≥ 0 of all random numbers.
+    show_progress : bool
+        A progress bar on standard error.
+    rules : sequence of Rule
+        What `peers` chooses from.
+
+    Returns
+    -------
+    Results
+        What ``results.json`` holds.
+
+    Raises
+    ------
+    ValueError
+        An argument out of range; an unfinished run with other settings in the folder.
+    ModuleNotFoundError
+        A peer that was asked for is not installed.
+    """
+    settings = Settings(positive_int("replicates", replicates), positive_int("instances", instances), seed)
+    sizes = sizes_up_to(positive_int("max_n", max_n))
+    dimensions = _check(settings, dimensions)
+    rules = (OURS, *_choose(peers, rules))
+    work = [(rule, d, n) for d in dimensions for n in sizes for rule in rules if rule.exists(d, n)]
+    store = _Store(Path(out) / UNFINISHED, settings)
+    results = Results(
+        "vq.quad and its peers, at equal numbers of evaluations",
+        _command(out, dimensions, sizes[-1], peers, settings),
+    )
+    steps = sum(_replicates(rule, settings) for rule, _, _ in work)
+    with progress_bar(steps, show=show_progress) as advance, atomic_directory(out) as folder:
+        try:
+            cells = [_cell(store, rule, d, n, settings, advance) for rule, d, n in work]
+        except KeyboardInterrupt:
+            print(
+                f"voroquad: {store.path} keeps what is measured; the same command goes on from there", file=sys.stderr
+            )
+            raise
+        results.sections = [_section(folder, d, cells, settings) for d in dimensions]
+        write_rows(folder / "genz-mse.csv", _mse_rows(cells, settings))
+        write_rows(folder / "genz-ratios.csv", ratio_rows(cells, settings))
+        write_rows(folder / "genz-times.csv", time_rows(rules, dimensions, sizes))
+        results.sections[0].tables = [
+            Table("genz-ratios.csv", "MSE of each peer over that of vq.quad, geometric mean over a family's members."),
+            Table("genz-times.csv", "Wall time of one call on an oscillatory integrand, the fastest of three."),
+        ]
+        results.write(folder)
+    store.path.unlink(missing_ok=True)
+    return results
+
+
+def sizes_up_to(max_n: int) -> list[int]:
+    """Numbers of evaluations: 128, 512, 2048 …, eight powers of two each."""
+    if max_n < 128:
+        raise ValueError(f"max_n must be at least 128, got {max_n}")
+    return [2**k for k in range(7, max_n.bit_length(), 2)]
+
+
+def measure(
+    rule: Rule,
+    d: int,
+    n: int,
+    settings: Settings,
+    advance: Callable[[str, int], None] = lambda description, steps: None,
+) -> Cell:
+    """Mean squared errors of a rule on members of all families."""
+    functions = list(instances(d, settings.instances, rng=[settings.seed, d]))
+    truth = [f.integral for f in functions]
+    squares, used = [], 0
+    for replicate in range(_replicates(rule, settings)):
+        estimates, evaluations = rule.estimate(functions, n, np.random.default_rng([settings.seed, d, n, replicate]))
+        squares.append(np.square(estimates - truth))
+        used = max(used, evaluations)
+        advance(f"{rule.name}, d = {d}, N = {n}", 1)
+    mse, spread = np.mean(squares, axis=0), np.std(squares, axis=0)
+    error = spread / np.sqrt(max(len(squares) - 1, 1))
+    return Cell(rule.name, d, n, used, mse.tolist(), error.tolist())
+
+
+def ratio_rows(cells: Sequence[Cell], settings: Settings) -> list[dict[str, object]]:
+    """MSE of each peer over that of vq.quad: geometric means over a family's members and, "all", over the families.
+
+    `log_error` is the standard error of the mean logarithm, from its spread over the members. Errors
+    below rounding count as rounding, where all rules are equal.
+    """
+    ours = {(c.d, c.n): c for c in cells if c.rule == OURS.name}
+    rows: list[dict[str, object]] = []
+    for cell in cells:
+        own = ours[cell.d, cell.n]
+        if cell is own:
+            continue
+        logs = (_log_mse(cell, settings) - _log_mse(own, settings)).reshape(len(FAMILIES), settings.instances)
+        spread = logs.std(axis=1, ddof=1) / np.sqrt(settings.instances)
+        of_all = np.sqrt(np.square(spread).sum()) / len(spread)
+        for family, log, error in [
+            *zip(FAMILIES, logs.mean(axis=1), spread, strict=True),
+            ("all", logs.mean(), of_all),
+        ]:
+            rows.append({
+                "d": cell.d, "n": cell.n, "peer": cell.rule, "family": family,
+                "mse_ratio": f"{np.exp(log):.3g}", "log_error": f"{error:.2f}",
+                "evaluations": own.evaluations, "peer_evaluations": cell.evaluations,
+            })  # fmt: skip
+    return rows
+
+
+def time_rows(rules: Sequence[Rule], dimensions: Sequence[int], sizes: Sequence[int]) -> list[dict[str, object]]:
+    """Wall time in milliseconds of one call of each rule, on the first integrand: the least of three."""
+    rows: list[dict[str, object]] = []
+    for d, n, rule in itertools.product(dimensions, sizes, rules):
+        if not rule.exists(d, n):
+            continue
+        f = next(instances(d, 1, rng=d))
+        times = []
+        for k in range(_TIMES):
+            start = time.perf_counter()
+            rule.estimate([f], n, np.random.default_rng(k))
+            times.append(time.perf_counter() - start)
+        rows.append({"d": d, "n": n, "rule": rule.name, "milliseconds": f"{1e3 * min(times):.3f}"})
+    return rows
+
+
+def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
+    """What ``voroquad study --suite genz --json`` prints: the folder, the ratios and the wall times."""
+    folder = Path(out)
+    return {
+        "folder": os.fspath(out),
+        "ratios": read_rows(folder / "genz-ratios.csv"),
+        "times": read_rows(folder / "genz-times.csv"),
+    }
+
+
+# ---------------------------------------------------------------------- arguments
+
+
+def _check(settings: Settings, dimensions: Sequence[int]) -> list[int]:
+    """The dimensions, each once."""
+    for name, value in (("replicates", settings.replicates), ("instances", settings.instances)):
+        if value < 2:
+            raise ValueError(f"{name} must be at least 2 (one has no standard error), got 1")
+    if settings.seed < 0:
+        raise ValueError(f"seed must be at least 0, got {settings.seed}")
+    for d in dimensions:
+        if not 1 <= positive_int("dimensions", d) <= 8:
+            raise ValueError(f"dimensions must be from 1 to 8, got {d}")
+    if not dimensions:
+        raise ValueError("dimensions must name at least one; 1,2,3 for example")
+    return list(dict.fromkeys(dimensions))
+
+
+def _choose(names: Sequence[str] | None, rules: Sequence[Rule]) -> list[Rule]:
+    """The rules of these names; without names, those that are installed."""
+    if names is None:
+        return [rule for rule in rules if find_spec(rule.module)]
+    known = {rule.name: rule for rule in rules}
+    chosen = [known[one_of("peer", name, known)] for name in dict.fromkeys(names)]
+    for rule in chosen:
+        if not find_spec(rule.module):
+            raise ModuleNotFoundError(f"peer {rule.name!r} needs {rule.module!r}", name=rule.module)
+    return chosen
+
+
+def _command(
+    out: str | os.PathLike[str], dimensions: Sequence[int], max_n: int, peers: Sequence[str] | None, settings: Settings
+) -> str:
+    command = ["voroquad", "study", "--suite", "genz", "-o", os.fspath(out)]
+    command += ["--dimensions", ",".join(map(str, dimensions)), "--max-n", str(max_n)]
+    command += ["--peers", ",".join(peers)] if peers is not None else []
+    for name, value in asdict(settings).items():
+        command += [f"--{name}", str(value)]
+    return shlex.join(command)
+
+
+# ---------------------------------------------------------------------- measuring
+
+
+def _replicates(rule: Rule, settings: Settings) -> int:
+    return settings.replicates if rule.random else 1
+
+
+def _cell(store: _Store, rule: Rule, d: int, n: int, settings: Settings, advance: Callable[[str, int], None]) -> Cell:
+    """The cell as it was measured before, or now."""
+    if (cell := store.get(rule, d, n)) is not None:
+        advance(f"{rule.name}, d = {d}, N = {n}", _replicates(rule, settings))
+        return cell
+    return store.put(measure(rule, d, n, settings, advance))
+
+
+def _log_mse(cell: Cell, settings: Settings) -> NDArray[np.float64]:
+    rounding = [
+        np.finfo(float).eps * f.integral for f in instances(cell.d, settings.instances, [settings.seed, cell.d])
+    ]
+    return np.log(np.maximum(cell.mse, np.square(rounding)))
+
+
+class _Store:
+    """Cells that are measured, in a file that is whole at any time."""
+
+    def __init__(self, path: Path, settings: Settings):
+        self.path = path
+        self._settings = settings
+        self._cells: dict[tuple[str, int, int], Cell] = {}
+        if path.is_file():
+            for cell in self._read():
+                self._cells[cell.rule, cell.d, cell.n] = cell
+
+    def get(self, rule: Rule, d: int, n: int) -> Cell | None:
+        """The cell, if it is measured."""
+        return self._cells.get((rule.name, d, n))
+
+    def put(self, cell: Cell) -> Cell:
+        """Keep a cell."""
+        self._cells[cell.rule, cell.d, cell.n] = cell
+        content = {"settings": asdict(self._settings), "cells": [asdict(c) for c in self._cells.values()]}
+        with atomic_path(self.path) as temporary:
+            temporary.write_text(json.dumps(content), encoding="utf-8")
+        return cell
+
+    def _read(self) -> list[Cell]:
+        try:
+            content = json.loads(self.path.read_text(encoding="utf-8"))
+            settings, cells = Settings(**content["settings"]), [Cell(**cell) for cell in content["cells"]]
+        except (KeyError, TypeError, ValueError) as error:
+            raise ValueError(f"{self.path} is damaged ({error}); delete it to start anew") from None
+        if settings != self._settings:
+            raise ValueError(
+                f"{self.path} is an unfinished run with other settings ({settings}); finish that one, delete the "
+                "file or name another folder"
+            )
+        return cells
+
+
+# ---------------------------------------------------------------------- results
+
+
+def _section(folder: Path, d: int, cells: Sequence[Cell], settings: Settings) -> Section:
+    drawing = draw_ratios(d, [row for row in ratio_rows(cells, settings) if row["d"] == d], settings.instances)
+    return Section(f"d = {d}", figures=[drawing.save(folder, f"genz-{d}d")])
+
+
+def _mse_rows(cells: Sequence[Cell], settings: Settings) -> list[dict[str, object]]:
+    members = [(family, k) for family in FAMILIES for k in range(settings.instances)]
+    return [
+        {
+            "d": cell.d, "n": cell.n, "rule": cell.rule, "family": family, "instance": k,
+            "mse": mse, "mse_error": error, "evaluations": cell.evaluations,
+        }
+        for cell in cells
+        for (family, k), mse, error in zip(members, cell.mse, cell.mse_error, strict=True)
+    ]  # fmt: skip
