@@ -19,6 +19,17 @@ double dot(const Point<D> &a, const Point<D> &b) {
     return sum;
 }
 
+inline Point<3> cross(const Point<3> &a, const Point<3> &b) {
+    return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+template <int D>
+Point<D> difference(const Point<D> &a, const Point<D> &b) {
+    Point<D> c;
+    for (int i = 0; i < D; ++i) c[i] = a[i] - b[i];
+    return c;
+}
+
 // The points no farther from the origin than from q: all v with normal·v ≤ offset.
 template <int D>
 struct HalfSpace {

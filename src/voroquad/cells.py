@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from functools import cached_property
 
 import numpy as np
@@ -26,9 +27,17 @@ class Cells:
         measures = _core.measures(batch, self.periodic, self._threads)
         return measures if self._points.ndim == 3 else measures[0]
 
+    @cached_property
+    def centroids(self) -> NDArray[np.float64]:
+        """Centre of mass (n, d) of each point's cell; of one set. On the torus it may lie outside the unit box."""
+        points = self._one_set("centroids")
+        if points.shape[-1] == 1:
+            return _core.intervals(points, self.periodic).mean(axis=1, keepdims=True)
+        return _core.centroids(points, self.periodic, self._threads)
+
     def intervals(self) -> NDArray[np.float64]:
         """Ends (n, 2) of each point's cell, d = 1; on the torus they may lie outside [0, 1]."""
-        return _core.intervals(self._one_set(1, "intervals"), self.periodic)
+        return _core.intervals(self._one_set("intervals", 1), self.periodic)
 
     def polygons(self) -> list[NDArray[np.float64]]:
         """Corners (k, 2) of each point's cell, counter-clockwise, d = 2.
@@ -36,12 +45,22 @@ class Cells:
         On the torus a cell is not cut at the border of the square, so corners may lie outside it.
         Points that coincide each get the cell that they share.
         """
-        vertices, offsets = _core.polygons(self._one_set(2, "polygons"), self.periodic)
+        vertices, offsets = _core.polygons(self._one_set("polygons", 2), self.periodic)
         return np.split(vertices, offsets[1:-1].astype(np.intp))
 
-    def _one_set(self, d: int, what: str) -> NDArray[np.float64]:
-        if self._points.ndim != 2 or self._points.shape[-1] != d:
-            raise ValueError(f"{what} needs one set of points (n, {d}), got shape {self._points.shape}")
+    def polyhedra(self) -> list[list[NDArray[np.float64]]]:
+        """Faces of each point's cell, d = 3; each face its corners (k, 3), counter-clockwise from outside.
+
+        On the torus a cell is not cut at the border of the cube. Points that coincide each get the
+        cell that they share.
+        """
+        corners, begin, cells = _core.polyhedra(self._one_set("polyhedra", 3), self.periodic)
+        faces = np.split(corners, begin[1:-1].astype(np.intp))
+        return [faces[first:last] for first, last in itertools.pairwise(cells.tolist())]
+
+    def _one_set(self, what: str, d: int | None = None) -> NDArray[np.float64]:
+        if self._points.ndim != 2 or d not in (None, self._points.shape[-1]):
+            raise ValueError(f"{what} needs one set of points (n, {d or 'd'}), got shape {self._points.shape}")
         return self._points[None]
 
 
@@ -61,7 +80,8 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
     Returns
     -------
     Cells
-        With ``measures`` (n,) or (sets, n), ``intervals()`` for d = 1 and ``polygons()`` for d = 2.
+        With ``measures`` (n,) or (sets, n), ``centroids`` (n, d), ``intervals()`` for d = 1,
+        ``polygons()`` for d = 2 and ``polyhedra()`` for d = 3; each is computed when it is asked for.
 
     Raises
     ------

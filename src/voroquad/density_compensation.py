@@ -5,15 +5,18 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from ._checks import one_of, positive_int
+from . import _core
+from ._checks import one_of, positive_int, thread_count
 from .cells import cells
+
+ROUNDING = 1e-6  # how far a position of a trajectory in float32 may miss the face it is on
 
 
 def density_compensation(
     trajectory: ArrayLike,
     shape: tuple[int, ...] | None = None,
     *,
-    rim: str = "box",
+    rim: str = "auto",
     threads: int | None = None,
 ) -> NDArray[np.float64]:
     """Voronoi weights of k-space samples.
@@ -25,9 +28,10 @@ def density_compensation(
     shape : tuple of int, (d,), optional
         Shape of the image. Weights do not depend on it; it is checked against d, and makes the
         function callable wherever (trajectory, shape) is passed.
-    rim : {"box", "ball"}
-        Where the outermost cells end: at the faces of [−½, ½]^d, or at the disc or ball that the
-        trajectory reaches (radial, spiral and koosh-ball data: nothing was measured beyond).
+    rim : {"auto", "box", "ball"}
+        Where the outermost cells end: at the faces of [−½, ½]^d, or at the disc or ball around the
+        origin that the trajectory reaches (radial, spiral and koosh-ball data: nothing was measured
+        beyond). By default the box for trajectories that fill its corners, else the ball.
     threads : int, optional
         Number of threads; all processors by default. The result does not depend on it.
 
@@ -35,7 +39,7 @@ def density_compensation(
     -------
     ndarray, (n,)
         Weights w of the reconstruction Σ_j w_j s_j exp(2πi k_j·r), in the order of
-        ``trajectory.reshape(-1, d)``. They sum to the area or volume of the region. Repeated
+        ``trajectory.reshape(-1, d)``. They sum to the area or volume of the box or ball. Repeated
         positions, such as the centre that all spokes cross, share their cell.
 
     Raises
@@ -46,9 +50,9 @@ def density_compensation(
 
     Notes
     -----
-    With ``rim="ball"`` of radius R = max |k|, the cell of k ends at the plane that touches the
-    ball at R k/|k|: the bisector of k and its mirror image (2R − |k|) k/|k|. The region is the
-    polytope of those planes, which is the ball for a densely sampled rim.
+    The ball has the radius R = max |k|, and the weights are the exact areas or volumes of the
+    cells' parts in it. A trajectory fills corners where R > 1.2 max_a |k_a|; for a full square or
+    cube that ratio is √d. Planes of a stack are best weighed each on its own.
 
     References
     ----------
@@ -61,19 +65,21 @@ def density_compensation(
     >>> angle = np.pi * np.arange(64) / 64
     >>> radius = (np.arange(128) - 64) / 128
     >>> spokes = radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=-1)[:, None]
-    >>> w = vq.density_compensation(spokes, (128, 128), rim="ball")
-    >>> bool(abs(w.sum() / (np.pi / 4) - 1) < 0.01)
+    >>> w = vq.density_compensation(spokes, (128, 128))
+    >>> bool(abs(w.sum() - np.pi / 4) < 1e-12)
     True
     """
-    one_of("rim", rim, ("box", "ball"))
+    one_of("rim", rim, ("auto", "box", "ball"))
     positions = _positions(trajectory, shape)
-    d = positions.shape[1]
+    radius = float(np.linalg.norm(positions, axis=1).max())
+    if rim == "auto":
+        rim = "ball" if 0 < radius <= 1.2 * np.abs(positions).max() else "box"
     if rim == "box":
-        return cells(positions + 0.5, threads=threads).measures
-    images = _mirrored_in_ball(positions)
-    everything = np.concatenate([positions, images])
-    # Images lie up to twice as far out: cells of a box four times as wide, in units of that box
-    return 4.0**d * cells(everything / 4 + 0.5, threads=threads).measures[: len(positions)]
+        return cells(np.clip(positions + 0.5, 0, 1), threads=threads).measures
+    if radius == 0:
+        raise ValueError('rim="ball" needs a trajectory that leaves the origin; use rim="box"')
+    in_unit_box = np.clip(positions / (2 * radius) + 0.5, 0, 1)
+    return (2 * radius) ** positions.shape[1] * _core.measures_in_ball(in_unit_box[None], thread_count(threads))
 
 
 def _positions(trajectory: ArrayLike, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
@@ -81,7 +87,7 @@ def _positions(trajectory: ArrayLike, shape: tuple[int, ...] | None) -> NDArray[
     if array.ndim not in (2, 3) or array.shape[-1] not in (2, 3) or array.size == 0:
         raise ValueError(f"trajectory must have shape (shots, samples, d) or (n, d) with d = 2 or 3, got {array.shape}")
     positions = array.reshape(-1, array.shape[-1])
-    outside = ~(np.abs(positions) <= 0.5).all(axis=1)
+    outside = ~(np.abs(positions) <= 0.5 + ROUNDING).all(axis=1)
     if outside.any():
         first = int(np.argmax(outside))
         raise ValueError(
@@ -91,13 +97,3 @@ def _positions(trajectory: ArrayLike, shape: tuple[int, ...] | None) -> NDArray[
     if shape is not None and len([positive_int("shape", n) for n in shape]) != positions.shape[1]:
         raise ValueError(f"shape {tuple(shape)} must have as many axes as the trajectory has: {positions.shape[1]}")
     return positions
-
-
-def _mirrored_in_ball(positions: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Images of the outer positions, mirrored in the planes that touch the ball they reach."""
-    radius = np.linalg.norm(positions, axis=1)
-    reach = radius.max() * (1 + 1e-9)  # beyond the outermost, which must not coincide with their images
-    if reach == 0:
-        raise ValueError('rim="ball" needs a trajectory that leaves the origin; use rim="box"')
-    outer = radius > reach / 2
-    return np.unique(positions[outer] * (2 * reach / radius[outer] - 1)[:, None], axis=0)

@@ -1,0 +1,85 @@
+// voroquad/centroid.hpp: centres of mass of cells.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <vector>
+
+#include "cells.hpp"
+
+namespace voroquad {
+
+// The centroid of what has been added piece by piece; in the middle of the pieces where all of
+// them are too small to have a measure.
+template <int D>
+class Centroid {
+public:
+    void add(const Point<D> &middle, double measure) {
+        measure = std::max(0.0, measure);
+        for (int a = 0; a < D; ++a) {
+            moment_[a] += measure * middle[a];
+            sum_[a] += middle[a];
+        }
+        measure_ += measure;
+        pieces_ += 1.0;
+    }
+    Point<D> point() const {
+        Point<D> mean{};
+        if (pieces_ == 0.0) return mean;
+        for (int a = 0; a < D; ++a)
+            mean[a] = measure_ > 0.0 ? moment_[a] / measure_ : sum_[a] / pieces_;
+        return mean;
+    }
+
+private:
+    Point<D> moment_{}, sum_{};
+    double measure_ = 0.0, pieces_ = 0.0;
+};
+
+// Relative to the site. It lies in the cell, so that the triangles and tetrahedra between it and
+// the border all count positive, and nothing cancels.
+template <class Polygon>
+Point<2> centroid(const Polygon &cell) {
+    Centroid<2> centroid;
+    for (std::size_t i = 0; i < cell.size(); ++i) {
+        const Point<2> p = cell.vertex(i), q = cell.vertex(i + 1 == cell.size() ? 0 : i + 1);
+        centroid.add({(p[0] + q[0]) / 3.0, (p[1] + q[1]) / 3.0}, p[0] * q[1] - p[1] * q[0]);
+    }
+    return centroid.point();
+}
+
+inline Point<3> centroid(const ConvexPolyhedron &cell) {
+    Centroid<3> centroid;
+    cell.for_each_face([&](const std::vector<Point<3>> &corners) {
+        const Point<3> &p = corners[0];
+        for (std::size_t i = 2; i < corners.size(); ++i) {
+            const Point<3> &q = corners[i - 1], &r = corners[i];
+            Point<3> middle;
+            for (int a = 0; a < 3; ++a) middle[a] = (p[a] + q[a] + r[a]) / 4.0;
+            centroid.add(middle, dot<3>(p, cross(q, r)));
+        }
+    });
+    return centroid.point();
+}
+
+// The centroids of all cells, in the coordinates of the points; on the torus they may lie
+// outside the unit box.
+template <int D, class Pause = NoPause>
+void cell_centroids(const PointView<D> &points, Domain domain, Point<D> *centroids,
+                    unsigned threads = 1, Pause &&pause = {}) {
+    if (points.size() == 0) return;
+    CellWorkspace<D> work;
+    work.tree.build(points);
+    const auto place = [&](std::size_t site, const auto &cell, unsigned) {
+        Point<D> c = centroid(cell);
+        const Point<D> origin = work.tree.site(site);
+        for (int a = 0; a < D; ++a) {
+            c[a] += origin[a];
+            if (domain == Domain::box) c[a] = std::clamp(c[a], 0.0, 1.0);
+        }
+        for (const std::size_t i : work.tree.points_at(site)) centroids[i] = c;
+    };
+    for_each_cell(work, domain, threads, place, pause);
+}
+
+} // namespace voroquad
