@@ -46,7 +46,10 @@ def variances(scene: mi.Scene, design: str, weighted: bool) -> np.ndarray:
     nested = mi.load_dict({"type": "path", "max_depth": 4})
     images = [
         render_image(
-            scene, make_integrator("reweighted", nested, sampler=design, weighted=weighted, table_seed=seed), SPP, seed
+            scene,
+            make_integrator("reweighted", nested, sampler=design, weighted=weighted, blend="off", table_seed=seed),
+            SPP,
+            seed,
         )
         for seed in range(SEEDS)
     ]

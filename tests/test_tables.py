@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import voroquad as vq
+from voroquad.tables import kept_table
 
 
 @pytest.fixture
@@ -113,3 +114,53 @@ def test_missing_file():
 def test_make_checks_its_arguments(change, message):
     with pytest.raises(ValueError, match=message):
         vq.SampleTable.make(**{"design": "stratified", "n": 16, "d": 2, "sets": 2} | change)
+
+
+def test_periodic_weights_are_cells_on_the_circle():
+    table = vq.SampleTable.make("uniform", n=9, d=1, sets=4, rng=1, periodic=True)
+    for points, weights in zip(table.points[..., 0], table.weights, strict=True):
+        order = np.argsort(points)
+        gaps = np.diff(np.append(points[order], points[order][0] + 1))
+        np.testing.assert_allclose(weights[order], (gaps + np.roll(gaps, 1)) / 2, atol=1e-14)
+    with pytest.raises(ValueError, match="periodic=True has order=0"):
+        vq.SampleTable.make("uniform", n=9, d=1, sets=4, debias="exchange", periodic=True)
+
+
+def test_equal_weights_have_no_limit_of_dimension():
+    table = vq.SampleTable.make("sobol", n=8, d=6, sets=3, rng=1, weighted=False)
+    np.testing.assert_array_equal(table.weights, np.full((3, 8), 1 / 8))
+    np.testing.assert_array_equal(table.points, vq.sample("sobol", n=8, d=6, sets=3, rng=1).points)
+
+
+RECIPE = {"design": "stratified", "n": 16, "d": 2, "sets": 5, "order": 0, "debias": "none", "rng": 1}
+
+
+def test_kept_tables_are_made_once(tmp_path, monkeypatch):
+    monkeypatch.setenv("VOROQUAD_CACHE_DIR", str(tmp_path))
+    made = kept_table(**RECIPE, periodic=False, weighted=True)
+    again = kept_table(**RECIPE, periodic=False, weighted=True)
+    assert isinstance(again.points, np.memmap)
+    assert not isinstance(made.points, np.memmap)
+    np.testing.assert_array_equal(again.weights, made.weights)
+    np.testing.assert_array_equal(made.weights, vq.SampleTable.make(**RECIPE).weights)
+    # What changes a table changes its file
+    kinds = [kept_table(**RECIPE | change, periodic=False, weighted=True) for change in
+             ({"n": 9}, {"sets": 4}, {"rng": 2}, {"debias": "leave-one-out"}, {"design": "uniform"})]  # fmt: skip
+    kinds += [kept_table(**RECIPE, periodic=p, weighted=w) for p, w in ((True, True), (False, False))]
+    assert len(list((tmp_path / "tables-v1").iterdir())) == 8
+    assert len({k.weights.tobytes() + k.points.tobytes() for k in [made, *kinds]}) == 8
+
+
+@pytest.mark.parametrize("damage", ["text", "cut"])
+def test_a_kept_table_that_is_damaged_is_made_again(tmp_path, monkeypatch, table, damage):
+    monkeypatch.setenv("VOROQUAD_CACHE_DIR", str(tmp_path))
+    made = kept_table(**RECIPE, periodic=False, weighted=True)
+    (path,) = tmp_path.rglob("*.npz")
+    _damage(path, damage, table)
+    np.testing.assert_array_equal(kept_table(**RECIPE, periodic=False, weighted=True).points, made.points)
+
+
+def test_a_cache_that_cannot_be_written_is_no_failure(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("VOROQUAD_CACHE_DIR", str(tmp_path / "file"))
+    assert kept_table(**RECIPE, periodic=False, weighted=True).n == 16

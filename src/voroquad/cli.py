@@ -179,7 +179,9 @@ def table(
 
 
 Scene = Annotated[str, typer.Argument(help="Mitsuba XML file, or a built-in scene: depth-of-field.")]
-Domain = Annotated[str, typer.Option(help="What the sets sample: lens.")]
+Domain = Annotated[
+    str, typer.Option(help="What the sets sample: lens, time, wavelength, pixel, or several as pixel+time.")
+]
 Size = Annotated[str | None, typer.Option(help="Width and height of the image, such as 320x240.")]
 Jitter = Annotated[bool, typer.Option(help="Sample the pixel's area, or its centre.")]
 
@@ -194,6 +196,7 @@ def render(
     order: Order = 0,
     debias: Debias = "none",
     weighted: Annotated[bool, typer.Option(help="Use the weights, or the same samples without.")] = True,
+    blend: Annotated[str, typer.Option(help="auto: per tile, as much of the weights as helps; off: all.")] = "auto",
     jitter: Jitter = True,
     size: Size = None,
     seed: Seed = 0,
@@ -204,7 +207,7 @@ def render(
 
     summary = renderer.render(
         scene, output, domain=domain, spp=spp, sampler=sampler, order=order, debias=debias,
-        weighted=weighted, jitter=jitter, size=renderer.parse_size(size), seed=seed,
+        weighted=weighted, blend=blend, jitter=jitter, size=renderer.parse_size(size), seed=seed,
     )  # fmt: skip
     if as_json:
         print(json.dumps(summary))

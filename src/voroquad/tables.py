@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import struct
 import zipfile
@@ -14,6 +15,8 @@ from numpy.typing import NDArray
 
 from ._checks import positive_int
 from ._files import atomic_path
+from .bias_tables import cache_directory
+from .cells import cells
 from .samplers import Rng, sample
 from .weights import weights
 
@@ -88,7 +91,17 @@ class SampleTable:
 
     @classmethod
     def make(
-        cls, design: str, n: int, d: int, sets: int, order: int = 0, debias: str = "none", rng: Rng = None
+        cls,
+        design: str,
+        n: int,
+        d: int,
+        sets: int,
+        order: int = 0,
+        debias: str = "none",
+        rng: Rng = None,
+        *,
+        periodic: bool = False,
+        weighted: bool = True,
     ) -> SampleTable:
         """Draw `sets` independent sets and weigh each.
 
@@ -102,6 +115,11 @@ class SampleTable:
             The rule, as for :func:`voroquad.weights`.
         rng : int, numpy.random.Generator or None
             Seed. The same seed gives the same table.
+        periodic : bool
+            Do opposite faces of the box meet (a circle for d = 1, else a torus)? The weights are then the
+            measures of the cells there, unbiased because no cell is at a border.
+        weighted : bool
+            If false, all weights are 1/n, in any dimension, and order and debias say nothing.
 
         Returns
         -------
@@ -110,12 +128,24 @@ class SampleTable:
         Raises
         ------
         ValueError
-            What :func:`voroquad.sample` and :func:`voroquad.weights` raise.
+            What :func:`voroquad.sample` and :func:`voroquad.weights` raise; a periodic table of an order or
+            debias other than the defaults.
         """
         if debias == "cross-fit":
             raise ValueError("debias='cross-fit' weighs all sets together, but a table's sets are used one by one")
+        if periodic and (order, debias) != (0, "none"):
+            raise ValueError(
+                f"periodic=True has order=0 and debias='none' only, got order={order!r}, debias={debias!r}; "
+                "its weights are unbiased as they are"
+            )
         drawn = sample(design, n, d, sets=positive_int("sets", sets), rng=rng)
-        return cls(drawn.points, weights(drawn, order=order, debias=debias), drawn.design, order, debias)
+        if not weighted:
+            w = np.full(drawn.points.shape[:2], 1 / drawn.n)
+        elif periodic:
+            w = cells(drawn.points, periodic=True).measures
+        else:
+            w = weights(drawn, order=order, debias=debias)
+        return cls(drawn.points, w, drawn.design, order, debias)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Write the table as an uncompressed .npz file, whole or not at all.
@@ -170,6 +200,20 @@ class SampleTable:
         return table
 
 
+def kept_table(
+    design: str, n: int, d: int, sets: int, order: int, debias: str, rng: int, *, periodic: bool, weighted: bool
+) -> SampleTable:
+    """The table of :meth:`SampleTable.make` with these arguments, from the cache directory if it is there."""
+    kind = "plain" if not weighted else "circle" if periodic else f"{order}-{debias}"
+    path = cache_directory() / f"tables-v{_FORMAT}" / f"{design}-n{n}-d{d}-sets{sets}-{kind}-seed{rng}.npz"
+    with contextlib.suppress(OSError, ValueError):
+        return SampleTable.load(path)
+    table = SampleTable.make(design, n, d, sets, order, debias, rng, periodic=periodic, weighted=weighted)
+    with contextlib.suppress(OSError):  # a cache is a convenience: a full or read-only disk is no failure
+        table.save(path)
+    return table
+
+
 def make_file(
     path: Path, design: str, *, n: int, d: int, sets: int, order: int, debias: str, rng: Rng
 ) -> dict[str, Any]:
@@ -181,6 +225,8 @@ def make_file(
 
 # ---------------------------------------------------------------------- the file
 
+#: Part of the name of the cache's folder; raise it when points, weights or layout change.
+_FORMAT = 1
 _ALIGNMENT = 64
 _LOCAL_HEADER = 30  # bytes of a zip member's local header before its name
 _ZIP64_FIELD = 20  # bytes of the extra field that Python writes for members that may exceed 4 GiB

@@ -149,7 +149,8 @@ def test_weights_correct_a_tilted_density(tilted_table, rfilter):
 
     def z_of(weighted):
         tables = [tilted_table(k) for k in range(40)]
-        images = [image(scene, plugin(table=t, weighted=weighted), 16, seed=k) for k, t in enumerate(tables)]
+        plugins = [plugin(table=t, weighted=weighted, blend="off") for t in tables]
+        images = [image(scene, p, 16, seed=k) for k, p in enumerate(plugins)]
         return check_z(pixel_z(images, *truth))
 
     excess, largest = z_of(weighted=True)
@@ -185,7 +186,7 @@ def test_weights_lower_the_error(scene):
         images = replicates(scene, count=4, spp=64, jitter=False, **properties)
         return np.mean((np.stack(images) - truth) ** 2)
 
-    assert mse(sampler="uniform") < 0.6 * mse(sampler="uniform", weighted=False)
+    assert mse(sampler="uniform", blend="off") < 0.4 * mse(sampler="uniform", weighted=False)
 
 
 def test_sets_smaller_than_a_pixels_samples(scene):
@@ -213,15 +214,37 @@ def test_a_table_from_a_file_is_the_table_made_here(scene, tmp_path):
     np.testing.assert_allclose(from_file, made, atol=1e-5)
 
 
+def rows_of_pixels(integrator, side=64, spp=16):
+    """Which row of the table each ray takes, (pixels, spp)."""
+    sensor = mi.load_dict(scene_dict(width=side, height=side)).sensors()[0]
+    sampler, _ = integrator.prepare(sensor, 9, spp)
+    rays = integrator.camera_rays(sensor, sampler)
+    return np.array(integrator.row(rays.index, spp, rays.corner)).reshape(-1, spp)
+
+
 def test_rows_use_all_sets_evenly():
-    integrator = plugin(sets=7)
-    integrator.prepare(mi.load_dict(scene_dict(width=64, height=64)).sensors()[0], 9, 16)
-    row = np.array(integrator.row(dr.arange(mi.UInt32, 64 * 64 * 16))).reshape(-1, 16)
+    row = rows_of_pixels(plugin(sets=7))
     np.testing.assert_array_equal(row % 16, np.tile(np.arange(16), (len(row), 1)))
     np.testing.assert_array_equal(row // 16, np.repeat(row[:, :1] // 16, 16, axis=1))
     counts = np.bincount(row[:, 0] // 16, minlength=7)
     assert len(counts) == 7
-    assert np.abs(counts - 4096 / 7).max() < 6 * np.sqrt(4096 / 7)
+    # Four sets serve one half of the pixels, three the other
+    expected = np.where(np.arange(7) % 2 == 0, 4096 / 8, 4096 / 6)
+    assert np.abs(counts - expected).max() < 6 * np.sqrt(expected.max())
+
+
+def test_halves_of_the_image_share_no_set():
+    sets = rows_of_pixels(plugin(samples=4))[:, ::4] // 4
+    half = np.indices((64, 64)).sum(0).ravel() % 2
+    assert not set(sets[half == 0].ravel()) & set(sets[half == 1].ravel())
+
+
+def test_tiles_share_their_sets():
+    sets = (rows_of_pixels(plugin(reuse="tile", samples=4))[:, ::4] // 4).reshape(64, 64, 4)
+    np.testing.assert_array_equal(sets, np.tile(sets[:16, :16], (4, 4, 1)))
+    assert len(np.unique(sets[:16, :16])) > 500
+    hashed = (rows_of_pixels(plugin(samples=4))[:, ::4] // 4).reshape(64, 64, 4)
+    assert (hashed[:16, :16] != hashed[16:32, :16]).mean() > 0.9
 
 
 # ---------------------------------------------------------------------- variants, formats, nesting
@@ -261,7 +284,7 @@ def test_alpha_and_extra_channels_pass_through():
 def test_forward_derivative(scene, nested):
     """The image is linear in a reflectance seen directly: derivative = image(1) − image(0)."""
     key = "floor.bsdf.reflectance.value"
-    integrator = plugin(nested={"type": nested} | ({"max_depth": 2} if nested == "prb" else {}))
+    integrator = plugin(nested={"type": nested} | ({"max_depth": 2} if nested == "prb" else {}), blend="off")
     parameters = mi.traverse(scene)
 
     def lit(value):
@@ -284,7 +307,7 @@ def test_forward_derivative(scene, nested):
 @pytest.mark.parametrize("nested", ["direct", "prb"])
 def test_backward_derivative_is_the_transpose_of_forward(scene, nested):
     key = "floor.bsdf.reflectance.value"
-    integrator = plugin(nested={"type": nested} | ({"max_depth": 2} if nested == "prb" else {}))
+    integrator = plugin(nested={"type": nested} | ({"max_depth": 2} if nested == "prb" else {}), blend="off")
     parameters = mi.traverse(scene)
     before = image(scene, integrator, 16, seed=5)
     colour = mi.Color3f(0.2, 0.5, 0.8)
@@ -315,12 +338,16 @@ DIRECT = {"type": "direct"}
         ({"a": {"type": "ptracer"}}, "cannot wrap"),
         ({"a": {"type": "prb_projective"}}, "cannot wrap"),
         ({"a": {"type": "reweighted", "a": DIRECT}}, "cannot wrap"),
-        ({"a": DIRECT, "domain": "time"}, "unknown domain 'time'"),
+        ({"a": DIRECT, "domain": "wind"}, "unknown domain 'wind'"),
         ({"a": DIRECT, "sampler": "random"}, "unknown sampler 'random'"),
         ({"a": DIRECT, "debias": "exchange"}, "no rule"),
         ({"a": DIRECT, "order": "high"}, "order must be a whole number"),
         ({"a": DIRECT, "jitter": 1}, "jitter must be true or false"),
-        ({"a": DIRECT, "sets": 0}, "sets must be"),
+        ({"a": DIRECT, "sets": -1}, "sets must be"),
+        ({"a": DIRECT, "sets": 1}, "sets must be 2 or more"),
+        ({"a": DIRECT, "blend": "on"}, "unknown blend 'on'"),
+        ({"a": DIRECT, "reuse": "all"}, "unknown reuse 'all'"),
+        ({"a": DIRECT, "aovs": "depth"}, "unknown aovs 'depth'"),
         ({"a": DIRECT, "samples": -1}, "samples must be"),
         ({"a": DIRECT, "max_depth": 3}, "max_depth"),
         ({"a": DIRECT, "colour": 3}, "colour"),

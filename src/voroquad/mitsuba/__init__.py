@@ -1,7 +1,8 @@
 """Weighted sample sets in Mitsuba 3: importing this package registers its plug-ins.
 
 ``reweighted`` renders through a nested integrator with camera samples from weighted sets, ``plain`` is the
-same without the sets. Both exist in the current variant and in every later one:
+same without the sets, ``moving`` is a camera that moves while the shutter is open. They exist in the current
+variant and in every later one:
 
 >>> import mitsuba as mi, voroquad.mitsuba
 >>> mi.set_variant("llvm_ad_rgb")
@@ -20,7 +21,8 @@ except ImportError as error:
     raise ImportError(f"rendering needs Mitsuba 3 ({error}); install it with: pip install 'voroquad[render]'") from None
 
 OLDEST_LLVM = 17
-_PLUGINS = __name__ + ".integrator"
+#: Modules of plug-ins, whose base classes are those of a variant
+_PLUGINS = tuple(f"{__name__}.{name}" for name in ("integrator", "sensors"))
 
 
 def check_llvm() -> None:
@@ -41,10 +43,11 @@ def _register(previous: str | None, variant: str | None) -> None:
         return
     if variant.startswith("llvm"):
         check_llvm()
-    if _PLUGINS in sys.modules:
-        importlib.reload(sys.modules[_PLUGINS])
-    else:
-        importlib.import_module(_PLUGINS)
+    for name in _PLUGINS:
+        if name in sys.modules:
+            importlib.reload(sys.modules[name])
+        else:
+            importlib.import_module(name)
 
 
 if not dr.has_backend(dr.JitBackend.CUDA):

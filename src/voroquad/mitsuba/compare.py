@@ -41,7 +41,7 @@ class Method:
         """The plug-in."""
         own: dict[str, Any] = {"jitter": jitter}
         if self.kind == "reweighted":
-            own |= {"domain": domain, "table_seed": seed}
+            own |= {"domain": domain, "blend": "off", "table_seed": seed}
         return make_integrator(self.kind, nested, **own, **self.properties)
 
 
@@ -137,7 +137,7 @@ def compare(
     """
     check_seed(seed)
     spp = sorted({positive_int("spp", n) for n in spp})
-    loaded = load_scene(scene, size)
+    loaded = load_scene(scene, size, domain)
     _check(loaded, domain, spp, jitter)
 
     total = REFERENCE_FACTOR * max(spp) + len(METHODS) * sum(spp)
@@ -168,9 +168,9 @@ def _check(scene: mi.Scene, domain: str, spp: Sequence[int], jitter: bool) -> No
     for method in METHODS:
         integrator = method.integrator(nested, domain, jitter, seed=0)
         if method.kind == "reweighted":
-            integrator.check_sensor(scene.sensors()[0])
+            integrator.check(scene, scene.sensors()[0])
             for n in spp:
-                sample(method.properties["sampler"], n, integrator.dimension, rng=0)
+                sample(method.properties["sampler"], n, integrator.domain.dimension, rng=0)
     for n in spp:
         granted = mi.load_dict({"type": "multijitter", "sample_count": n}).sample_count()
         if granted != n:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from typing import Any, TypeVar
@@ -15,18 +15,30 @@ from mitsuba.python.ad.integrators.common import ADIntegrator, RBIntegrator
 
 from .._checks import one_of, positive_int
 from ..samplers import DESIGNS, sample
-from ..tables import SampleTable
+from ..tables import SampleTable, kept_table
 from ..weights import find_rule
+from .accumulation import Floats, Footprint, Pass, accumulate
+from .blend import TILE, checkerboard, halves_of_one_round
+from .domains import CameraSample, Domain, find_domain
+
+#: Samples of a table, about
+TABLE_SIZE = 2**18
 
 
 @dataclass
-class CameraSample:
-    """A point of primary sample space for each ray of a wavefront, each coordinate uniform in [0, 1)."""
+class CameraRays:
+    """The camera rays of a wavefront: the rays of a pixel are consecutive; pixels go row by row."""
 
-    pixel: Any  # mi.Point2f, within the pixel
-    lens: Any  # mi.Point2f
-    time: Any  # mi.Float, between shutter opening and closing
-    wavelength: Any  # mi.Float
+    ray: Any  # mi.RayDifferential3f
+    weight: Any  # mi.Spectrum
+    index: Any  # mi.UInt32, pixel · spp + (sample of the pixel)
+    corner: Any  # mi.Point2i, of the pixel on the film
+    drawn: CameraSample
+
+    @property
+    def position(self) -> mi.Point2f:
+        """Where they start on the film."""
+        return mi.Point2f(self.corner) + self.drawn.pixel
 
 
 class Plain(ADIntegrator):
@@ -50,8 +62,7 @@ class Plain(ADIntegrator):
 
     Notes
     -----
-    A subclass replaces coordinates of the camera sample (`camera_sample`) or the weight of a ray
-    (`ray_weight`).
+    A subclass replaces coordinates of the camera sample (`camera_sample`).
     """
 
     def __init__(self, props: mi.Properties) -> None:
@@ -60,7 +71,7 @@ class Plain(ADIntegrator):
         self.nested, self._sampler = _nested_objects(props)
         self.jitter = _property(props, "jitter", True)
         self._seed = mi.UInt32(0)
-        self._has_rays = False
+        self._rays: CameraRays | None = None  # those of sample_rays, until sample has traced them
 
     def aov_names(self) -> list[str]:
         """Names of the nested integrator's extra channels."""
@@ -79,9 +90,9 @@ class Plain(ADIntegrator):
             sampler.set_sample_count(spp)
         spp = sampler.sample_count()
         sampler.set_samples_per_wavefront(spp)
-        rays = math.prod(_film_window(film)) * spp
+        rays = math.prod(Footprint(film).window) * spp
         if rays > 2**32:
-            raise ValueError(f"{rays} samples in one pass are more than 2^32; render several images and average them")
+            raise ValueError(f"{rays} samples in one pass are more than 2^32; render in rounds of fewer samples")
         self._seed = dr.opaque(mi.UInt32, seed) if isinstance(seed, int) else mi.UInt32(seed)
         sampler.seed(self._seed, rays)
         film.prepare(aovs or [])
@@ -89,36 +100,31 @@ class Plain(ADIntegrator):
 
     # ------------------------------------------------------------------ the steps of a camera sample
 
-    def camera_sample(self, sensor: mi.Sensor, sampler: mi.Sampler, index: mi.UInt32) -> CameraSample:
-        """Draw the camera sample of ray `index` = pixel · spp + (sample of the pixel)."""
+    def camera_sample(
+        self, sensor: mi.Sensor, sampler: mi.Sampler, index: mi.UInt32, corner: mi.Point2i
+    ) -> CameraSample:
+        """Draw the camera sample of ray `index`, of the pixel with this corner."""
         pixel = mi.Point2f(sampler.next_2d()) if self.jitter else mi.Point2f(0.5)
         lens = mi.Point2f(sampler.next_2d()) if sensor.needs_aperture_sample() else mi.Point2f(0.5)
         time = sampler.next_1d() if sensor.shutter_open_time() > 0 else mi.Float(0)
         wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
         return CameraSample(pixel, lens, time, wavelength)
 
-    def ray_weight(self, index: mi.UInt32) -> mi.Float | None:
-        """The factor N·w of ray `index`; None where it is 1."""
-        return None
-
-    def sample_rays(
-        self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
-    ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
-        """Camera rays of the wavefront, their weights, and where on the film they count."""
+    def camera_rays(self, sensor: mi.Sensor, sampler: mi.Sampler) -> CameraRays:
+        """Camera rays of the wavefront, by their camera samples."""
         film = sensor.film()
         spp = sampler.sample_count()
-        width, height = _film_window(film)
+        width, height = Footprint(film).window
 
-        # The rays of a pixel are consecutive; pixels go row by row
         index = dr.arange(mi.UInt32, width * height * spp)
         pixel_index = index // dr.opaque(mi.UInt32, spp)
         row = pixel_index // dr.opaque(mi.UInt32, width)
         column = pixel_index - row * width
-        border = film.rfilter().border_size() if film.sample_border() else 0
-        corner = mi.Point2i(mi.Int32(column), mi.Int32(row)) + mi.ScalarPoint2i(film.crop_offset()) - border
+        corner = mi.Point2i(mi.Int32(column), mi.Int32(row)) + mi.ScalarPoint2i(film.crop_offset())
+        corner -= Footprint(film).border
 
         # Map the sample to the sensor, whose film coordinates span the crop window
-        drawn = self.camera_sample(sensor, sampler, index)
+        drawn = self.camera_sample(sensor, sampler, index, corner)
         position = mi.Point2f(corner) + drawn.pixel
         on_film = (position - mi.ScalarVector2f(film.crop_offset())) / mi.ScalarVector2f(film.crop_size())
         with dr.resume_grad():
@@ -132,40 +138,52 @@ class Plain(ADIntegrator):
         # spp rays share a pixel: texture filters should look at 1/spp of its area, as in Mitsuba's C++ integrators
         if ray.has_differentials:
             ray.scale_differential(dr.rsqrt(mi.Float(dr.opaque(mi.Float, spp))))
+        return CameraRays(ray, weight, index, corner, drawn)
 
-        factor = self.ray_weight(index)
-        if factor is not None:
-            weight *= factor
-        self._has_rays = True
+    def sample_rays(
+        self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
+    ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
+        """Camera rays of the wavefront, their weights, and where on the film they count."""
+        rays = self.camera_rays(sensor, sampler)
+        self._rays = rays
         # A box filter counts the whole pixel: its corner avoids rounding into the next one
-        return ray, weight, mi.Point2f(corner) if film.rfilter().is_box_filter() else position
+        box = sensor.film().rfilter().is_box_filter()
+        return rays.ray, rays.weight, mi.Point2f(rays.corner) if box else rays.position
 
     # ------------------------------------------------------------------ what the nested integrator does
 
     def sample(
-        self, mode: Any = None, scene: Any = None, sampler: Any = None, ray: Any = None, *rest: Any, **known: Any
+        self, mode: Any = None, scene: Any = None, sampler: Any = None, *rest: Any, **known: Any
     ) -> tuple[mi.Spectrum, mi.Bool, list[mi.Float], Any]:
         """Radiance along the rays of `sample_rays`, by the nested integrator."""
-        if not self._has_rays:
+        if self._rays is None:
             raise RuntimeError(
                 f"'{_plugin_name(self)}' must be the outermost integrator: another one around it (such as 'aov') "
                 "draws its own camera rays; put that one inside"
             )
-        self._has_rays = False
-        active = known.get("active", mi.Bool(True))
+        rays, self._rays = self._rays, None
+        radiance, valid, aovs = self.follow(scene, sampler, rays, known.get("active", mi.Bool(True)))
+        return radiance, valid, aovs, None
+
+    def follow(
+        self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool
+    ) -> tuple[mi.Spectrum, mi.Bool, list[mi.Float]]:
+        """Radiance along camera rays, whether they hit something, and the extra channels."""
         if not isinstance(self.nested, ADIntegrator):
-            return (*self.nested.sample(scene, sampler, ray, None, active), None)
-        return self.nested.sample(
-            mode=mode,
+            radiance, valid, aovs = self.nested.sample(scene, sampler, rays.ray, None, active)
+            return radiance, valid, list(aovs)
+        radiance, valid, aovs, _ = self.nested.sample(
+            mode=dr.ADMode.Primal,
             scene=scene,
             sampler=sampler,
-            ray=ray,
+            ray=rays.ray,
             depth=mi.UInt32(0),
             δL=None,
             δaovs=None,
             state_in=None,
             active=active,
         )
+        return radiance, valid, list(aovs)
 
     def render_forward(self, scene: mi.Scene, params: Any, *args: Any, **named: Any) -> mi.TensorXf:
         """Forward derivative of the image; a radiative-backpropagation integrator does its own."""
@@ -191,7 +209,7 @@ class Plain(ADIntegrator):
             yield
         finally:
             del self.nested.prepare, self.nested.sample_rays
-            self._has_rays = False
+            self._rays = None
 
     def to_string(self) -> str:
         return f"{type(self).__name__}[jitter = {self.jitter}, nested = {self.nested}]"
@@ -211,7 +229,9 @@ class Reweighted(Plain):
        - Sampler for all that the sets do not sample. (Default: that of the scene's sensor)
      * - domain
        - |string|
-       - What the sets sample: ``lens``, the aperture of a thin lens. (Default: ``lens``)
+       - What the sets sample: ``lens``, the aperture of a thin lens; ``time``, between opening and closing of the
+         shutter; ``wavelength``, in a spectral variant; ``pixel``, its area; or several of them at once, such as
+         ``pixel+time``. (Default: ``lens``)
      * - sampler
        - |string|
        - Design of the sets: ``uniform``, ``stratified``, ``regular``, ``sobol``, ``halton`` or ``zero-two``.
@@ -225,6 +245,10 @@ class Reweighted(Plain):
      * - weighted
        - |bool|
        - If false, the same samples count equally. (Default: |true|)
+     * - blend
+       - |string|
+       - ``auto``: per tile of 16 × 16 pixels, the share λ of the weights that leaves least noise, from 0 (equal
+         weights) to 1, see `voroquad.mitsuba.blend`. ``off``: the weights as they are. (Default: ``auto``)
      * - samples
        - |int|
        - Samples of a set. They must divide the samples per pixel: a pixel of 64 samples takes one set of
@@ -234,7 +258,11 @@ class Reweighted(Plain):
        - Sample the pixel's area? If false, all its rays start at its centre. (Default: |true|)
      * - sets
        - |int|
-       - Sets of the table; a hash of pixel and render seed picks one. (Default: 1024)
+       - Sets of the table, 2 or more for blend. (Default: 0, from 64 to 1024 by the size of a set)
+     * - reuse
+       - |string|
+       - Which pixels share sets: ``hash``, a hash of pixel and render seed picks one; ``tile``, all tiles of
+         16 × 16 pixels have the same sets at the same places. (Default: ``hash``)
      * - table_seed
        - |int|
        - Seed of the table. (Default: 0)
@@ -242,54 +270,73 @@ class Reweighted(Plain):
        - |string|
        - File of a table made by ``voroquad table``. It settles sampler, order, debias, samples, sets
          and table_seed, which must then be absent.
+     * - aovs
+       - |string|
+       - ``lambda`` adds the channel of that name: the blend's λ. (Default: none)
 
     Notes
     -----
     Sample i of a set of N multiplies its ray's weight by N·w_i. The image is then Σ w f over the set, with f
-    averaged over everything else that the path samples: w depends on the lens point only, so unbiased
+    averaged over everything else that the path samples: w depends on the set's coordinates only, so unbiased
     weights give an unbiased image. Weights sum to 1, hence a constant image stays constant, exactly. Extra
     channels (``aov`` inside) and alpha are not weighted. With ``jitter`` false the image is that of point
-    samples at the pixel centres.
-    """
+    samples at the pixel centres. The same seeds give the same bits on any number of threads (on processors).
 
-    #: Dimension of the domain that the sets sample
-    dimension: int
+    Derivatives are those of the image without blend.
+    """
 
     def __init__(self, props: mi.Properties) -> None:
         super().__init__(props)
-        props.mark_queried("domain")
+        self.domain = find_domain(_property(props, "domain", "lens"))
+        if "pixel" in self.domain.name and not self.jitter:
+            raise ValueError(f"jitter must be true for domain {self.domain.name!r}: it samples the pixel's area")
         self.weighted = _property(props, "weighted", True)
-        self._file = _table_file(props, self.dimension)
+        self.blend = one_of("blend", _property(props, "blend", "auto"), ("auto", "off")) == "auto" and self.weighted
+        self.reuse = one_of("reuse", _property(props, "reuse", "hash"), ("hash", "tile"))
+        self.aovs = _names("aovs", _property(props, "aovs", ""), ("lambda",))
+        self._file = _table_file(props, self.domain)
         if self._file is None:
-            self.samples = _property(props, "samples", 0)
-            if self.samples < 0:
-                raise ValueError(f"samples must be 0 (all of a pixel) or more, got {self.samples}")
-            self._recipe: dict[str, Any] = {
-                "design": one_of("sampler", _property(props, "sampler", "stratified"), DESIGNS),
-                "d": self.dimension,
-                "sets": positive_int("sets", _property(props, "sets", 1024)),
-                "order": _property(props, "order", 0),
-                "debias": _property(props, "debias", "none"),
-                "rng": _property(props, "table_seed", 0),
-            }
-            # Whether the rule exists does not depend on n: say so before anything is rendered
-            find_rule(sample(self._recipe["design"], 4, self.dimension), self._recipe["order"], self._recipe["debias"])
+            self.samples = _count(props, "samples")
+            self._recipe = _recipe(props, self.domain, self.weighted)
         else:
             self.samples, self._recipe = self._file.n, {}
+        sets = self._file.sets if self._file else self._recipe["sets"]
+        if self.blend and sets == 1:
+            raise ValueError("sets must be 2 or more for blend='auto', got 1; or set blend to 'off'")
         self._n = 0  # samples of a set of the table at hand
+        self._redrawn: int | None = None  # its seed, if not that of the properties
+
+    def aov_names(self) -> list[str]:
+        """Names of the extra channels: those of the nested integrator, then one's own."""
+        return [*super().aov_names(), *self.aovs]
+
+    def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
+        """Raise ValueError if the scene does not have the domain."""
+        self.domain.check(scene, sensor)
 
     def prepare(
         self, sensor: mi.Sensor, seed: mi.UInt32 = 0, spp: int = 0, aovs: list[str] | None = None
     ) -> tuple[mi.Sampler, int]:
-        """Check the sensor, settle the samples per pixel, and make the table if it is not there."""
-        self.check_sensor(sensor)
+        """Settle the samples per pixel, and make the table if it is not there."""
         sampler, spp = super().prepare(sensor, seed, spp, aovs)
         n = self.samples or spp
         if spp % n:
             raise ValueError(f"sets of samples={n} do not divide {spp} samples per pixel; take a multiple of {n}")
         if n != self._n:
-            self._upload(self._file or SampleTable.make(n=n, **self._recipe))
+            self._upload(self._file or self._table(n))
         return sampler, spp
+
+    def redraw(self, table_seed: int) -> None:
+        """Take another table, of that seed, from the next render on."""
+        if self._file is not None:
+            raise ValueError("table= names a file, and rounds need a new table each; name its sampler instead")
+        self._redrawn, self._n = table_seed, 0
+
+    def _table(self, n: int) -> SampleTable:
+        recipe = self._recipe | {"n": n, "sets": self._recipe["sets"] or max(64, min(1024, TABLE_SIZE // n))}
+        if self._redrawn is None:
+            return kept_table(**recipe)
+        return SampleTable.make(**recipe | {"rng": self._redrawn})
 
     def _upload(self, table: SampleTable) -> None:
         """Hand points and N·w to the device in its own precision."""
@@ -299,60 +346,124 @@ class Reweighted(Plain):
         self._factors = mi.Float((table.n * table.weights).astype(np.float32).ravel())
         self._n, self._sets = table.n, table.sets
 
-    def row(self, index: mi.UInt32) -> mi.UInt32:
-        """The row of the table for ray `index`: a hash of the group of N rays and of the seed picks the set."""
+    # ------------------------------------------------------------------ samples and weights from the table
+
+    def row(self, index: mi.UInt32, spp: int, corner: mi.Point2i) -> mi.UInt32:
+        """The row of the table for ray `index` of the pixel with this corner.
+
+        The pixels of a checkerboard's halves share no set, so that one half may choose λ for the other.
+        """
         group = index // dr.opaque(mi.UInt32, self._n)
-        hashed, _ = mi.sample_tea_32(group, self._seed)
-        chosen = dr.mul_hi(hashed, mi.UInt32(self._sets))  # ⌊hash · sets / 2³²⌋
+        if self.reuse == "tile":
+            place = (corner.x & (TILE - 1)) + TILE * (corner.y & (TILE - 1))
+            groups = spp // self._n
+            key = mi.UInt32(place) * groups + (group - (index // dr.opaque(mi.UInt32, spp)) * groups)
+        else:
+            key = group
+        hashed, _ = mi.sample_tea_32(key, self._seed)
+        halves = min(2, self._sets)
+        half = mi.UInt32((corner.x + corner.y) & (halves - 1))
+        of_half = (self._sets + halves - 1 - half) // halves  # every other set, from the half's first
+        chosen = halves * dr.mul_hi(hashed, of_half) + half  # ⌊hash · of_half / 2³²⌋
         return (chosen - group) * self._n + index
 
-    def camera_sample(self, sensor: mi.Sensor, sampler: mi.Sampler, index: mi.UInt32) -> CameraSample:
-        """Draw the camera sample and replace its coordinates of the domain."""
-        drawn = super().camera_sample(sensor, sampler, index)
-        row = self.row(index) * self.dimension
-        self.place(drawn, [dr.gather(mi.Float, self._points, row + axis) for axis in range(self.dimension)])
+    def camera_sample(
+        self, sensor: mi.Sensor, sampler: mi.Sampler, index: mi.UInt32, corner: mi.Point2i
+    ) -> CameraSample:
+        """Draw the camera sample, replace its coordinates of the domain, and weigh it."""
+        drawn = super().camera_sample(sensor, sampler, index, corner)
+        row = self.row(index, sampler.sample_count(), corner)
+        d = self.domain.dimension
+        self.domain.place(drawn, [dr.gather(mi.Float, self._points, row * d + axis) for axis in range(d)])
+        if self.weighted:
+            drawn.factor = dr.gather(mi.Float, self._factors, row)
         return drawn
 
-    def ray_weight(self, index: mi.UInt32) -> mi.Float | None:
-        """N·w from the table."""
-        return dr.gather(mi.Float, self._factors, self.row(index)) if self.weighted else None
+    def sample_rays(
+        self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
+    ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
+        """Camera rays of the wavefront, their weights times N·w, and where on the film they count."""
+        ray, weight, position = super().sample_rays(scene, sensor, sampler)
+        assert self._rays is not None
+        factor = self._rays.drawn.factor
+        return ray, weight if factor is None else weight * factor, position
 
-    # ------------------------------------------------------------------ what a domain says
+    # ------------------------------------------------------------------ the image
 
-    def check_sensor(self, sensor: mi.Sensor) -> None:
-        """Raise ValueError if the sensor does not have the domain."""
-        raise NotImplementedError
+    def render(
+        self,
+        scene: mi.Scene,
+        sensor: int | mi.Sensor = 0,
+        seed: mi.UInt32 = 0,
+        spp: int = 0,
+        develop: bool = True,
+        evaluate: bool = True,
+    ) -> mi.TensorXf:
+        """The image, also left in the sensor's film."""
+        if isinstance(sensor, int):
+            sensor = scene.sensors()[sensor]
+        with dr.suspend_grad():
+            done = self.render_pass(scene, sensor, seed, spp)
+            half = checkerboard(*done.size)
+            share = np.ones((2, *done.size))
+            if self.blend:
+                share = halves_of_one_round(done.pixel_plain, done.pixel_difference, half)
+            return self.develop(sensor.film(), done, done.blended(share), np.where(half == 0, share[0], share[1]))
 
-    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
-        """Put the table's coordinates u into the camera sample."""
-        raise NotImplementedError
+    def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: mi.UInt32, spp: int) -> Pass:
+        """Trace all rays; the image with equal weights, and what the weights change."""
+        self.check(scene, sensor)
+        film = sensor.film()
+        if mi.has_flag(film.flags(), mi.FilmFlags.Special):
+            raise ValueError(f"'reweighted' renders to films of colours such as 'hdrfilm', not {film.class_name()}")
+        sampler, spp = self.prepare(sensor, seed, spp, self.aov_names())
+        rays = self.camera_rays(sensor, sampler)
+        radiance, valid, aovs = self.follow(scene, sampler, rays, mi.Bool(True))
+
+        colour = _colour(radiance * rays.weight, rays.ray.wavelengths)
+        channels = [*colour]
+        if mi.has_flag(film.flags(), mi.FilmFlags.Alpha):
+            channels.append(dr.select(valid, mi.Float(1), mi.Float(0)))
+        channels += aovs
+        change = [] if rays.drawn.factor is None else [c * (rays.drawn.factor - 1) for c in colour]
+        return accumulate(Footprint(film), channels, change, rays.drawn.pixel, rays.index, spp)
+
+    def develop(self, film: mi.Film, done: Pass, colour: Floats, share: Floats) -> mi.TensorXf:
+        """Put colours (height, width, 3), the extra channels and λ (height, width) into the film, and develop it."""
+        own = [share[..., None]] if "lambda" in self.aovs else []
+        base = 4 if mi.has_flag(film.flags(), mi.FilmFlags.Alpha) else 3
+        weight = np.ones((*done.size, 1))
+        image = np.concatenate([colour, done.plain[..., 3:base], weight, done.plain[..., base:], *own], -1)
+        block = mi.ImageBlock(mi.TensorXf(image.astype(np.float32)), offset=film.crop_offset())
+        film.put_block(block)
+        return film.develop()
+
+    def render_forward(self, scene: mi.Scene, params: Any, sensor: Any = 0, *args: Any, **named: Any) -> mi.TensorXf:
+        """Forward derivative of the image without blend."""
+        self.check(scene, scene.sensors()[sensor] if isinstance(sensor, int) else sensor)
+        return super().render_forward(scene, params, sensor, *args, **named)
+
+    def render_backward(
+        self, scene: mi.Scene, params: Any, grad_in: mi.TensorXf, sensor: Any = 0, *args: Any, **named: Any
+    ) -> None:
+        """Backward derivative of the image without blend."""
+        self.check(scene, scene.sensors()[sensor] if isinstance(sensor, int) else sensor)
+        super().render_backward(scene, params, grad_in, sensor, *args, **named)
 
     def to_string(self) -> str:
-        return f"{type(self).__name__}[weighted = {self.weighted}, {self._recipe}, nested = {self.nested}]"
+        return (
+            f"{type(self).__name__}[domain = {self.domain.name}, weighted = {self.weighted}, blend = {self.blend}, "
+            f"{self._recipe}, nested = {self.nested}]"
+        )
 
 
-class ReweightedLens(Reweighted):
-    """Domain ``lens``: the point of the aperture, d = 2."""
-
-    dimension = 2
-
-    def check_sensor(self, sensor: mi.Sensor) -> None:
-        if not sensor.needs_aperture_sample():
-            raise ValueError(
-                f"domain 'lens' needs a sensor with a lens, and the scene's '{sensor.class_name()}' has none; "
-                "use a 'thinlens' sensor with aperture_radius > 0"
-            )
-
-    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
-        drawn.lens = mi.Point2f(u)
-
-
-DOMAINS = {"lens": ReweightedLens}
-
-
-def make_reweighted(props: mi.Properties) -> Reweighted:
-    """The plug-in ``reweighted`` of the domain that its properties name."""
-    return DOMAINS[one_of("domain", props.get("domain", "lens"), DOMAINS)](props)
+def _colour(radiance: mi.Spectrum, wavelengths: Any) -> mi.Color3f:
+    """Linear sRGB of radiance along rays."""
+    if mi.is_polarized:
+        radiance = mi.unpolarized_spectrum(radiance)
+    if mi.is_spectral:
+        return mi.spectrum_to_srgb(radiance, wavelengths)
+    return mi.Color3f(radiance.x) if mi.is_monochromatic else mi.Color3f(radiance)
 
 
 # ---------------------------------------------------------------------- properties
@@ -394,14 +505,35 @@ def _nested_objects(props: mi.Properties) -> tuple[mi.Integrator, mi.Sampler | N
     return integrator, samplers[0] if samplers else None
 
 
-def _film_window(film: mi.Film) -> tuple[int, int]:
-    """Width and height of the pixels to sample: the crop window, and its border where the film samples that."""
-    border = film.rfilter().border_size() if film.sample_border() else 0
-    width, height = (int(n) + 2 * border for n in film.crop_size())
-    return width, height
+def _count(props: mi.Properties, name: str) -> int:
+    """A property that counts something; 0 leaves the choice to us."""
+    return positive_int(name, count) if (count := _property(props, name, 0)) else 0
 
 
-def _table_file(props: mi.Properties, dimension: int) -> SampleTable | None:
+def _names(name: str, text: str, known: Iterable[str]) -> list[str]:
+    """The names of a property that lists some, separated by commas."""
+    return [one_of(name, part.strip(), known) for part in text.split(",") if part.strip()]
+
+
+def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> dict[str, Any]:
+    """How to make the table, but for the size of its sets."""
+    recipe: dict[str, Any] = {
+        "design": one_of("sampler", _property(props, "sampler", "stratified"), DESIGNS),
+        "d": domain.dimension,
+        "sets": _count(props, "sets"),
+        "order": _property(props, "order", 0),
+        "debias": _property(props, "debias", "none"),
+        "rng": _property(props, "table_seed", 0),
+    }
+    recipe["periodic"] = domain.periodic and (recipe["order"], recipe["debias"]) == (0, "none")
+    # Whether the rule exists does not depend on n: say so before anything is rendered
+    drawn = sample(recipe["design"], 2**domain.dimension, domain.dimension, sets=1)
+    if weighted:
+        find_rule(drawn, recipe["order"], recipe["debias"])
+    return recipe | {"weighted": weighted}
+
+
+def _table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:
     """The table of the property ``table``, or None without it."""
     if "table" not in props:
         return None
@@ -409,10 +541,12 @@ def _table_file(props: mi.Properties, dimension: int) -> SampleTable | None:
     if settled:
         raise ValueError(f"table={props['table']!r} settles {', '.join(settled)}; leave them out")
     table = SampleTable.load(props["table"])
-    if table.d != dimension:
-        raise ValueError(f"table={props['table']!r} has d = {table.d}, but the domain has d = {dimension}")
+    if table.d != domain.dimension:
+        raise ValueError(
+            f"table={props['table']!r} has d = {table.d}, but domain {domain.name!r} has d = {domain.dimension}"
+        )
     return table
 
 
 mi.register_integrator("plain", Plain)
-mi.register_integrator("reweighted", make_reweighted)
+mi.register_integrator("reweighted", Reweighted)

@@ -17,7 +17,7 @@ from .._checks import one_of, positive_int
 from .._files import atomic_path
 
 SCENES = Path(__file__).parent / "scenes"
-VARIANT = "llvm_ad_rgb"
+VARIANT, SPECTRAL_VARIANT = "llvm_ad_rgb", "llvm_ad_spectral"
 
 Image = NDArray[np.float64]
 
@@ -48,10 +48,11 @@ def parse_size(text: str | None) -> tuple[int, int] | None:
     return positive_int("width", int(match[1])), positive_int("height", int(match[2]))
 
 
-def use_variant() -> None:
-    """Set a Mitsuba variant with just-in-time compilation, unless one is set."""
+def use_variant(domain: str = "") -> None:
+    """Set a Mitsuba variant with just-in-time compilation, spectral where the domain needs it, unless one is set."""
+    spectral = "wavelength" in domain.split("+")
     if mi.variant() is None or mi.variant().startswith("scalar"):
-        mi.set_variant(VARIANT)
+        mi.set_variant(SPECTRAL_VARIANT if spectral else VARIANT)
 
 
 @contextmanager
@@ -82,8 +83,10 @@ def check_seed(seed: int) -> None:
         raise ValueError(f"seed must be a whole number from 0 to 2^32 − 1, got {seed}")
 
 
-def load_scene(scene: str | os.PathLike[str], size: tuple[int, int] | None = None) -> mi.Scene:
+def load_scene(scene: str | os.PathLike[str], size: tuple[int, int] | None = None, domain: str = "") -> mi.Scene:
     """Load a scene, with its film resized to (width, height) if `size` is given.
+
+    Where no variant is set, one is that has the `domain`.
 
     Raises
     ------
@@ -91,7 +94,7 @@ def load_scene(scene: str | os.PathLike[str], size: tuple[int, int] | None = Non
         There is no such scene, it is malformed, or it has no sensor.
     """
     path = scene_path(scene)
-    use_variant()
+    use_variant(domain)
     with one_line_errors():
         loaded = mi.load_file(str(path))
     if not isinstance(loaded, mi.Scene) or not loaded.sensors():
@@ -151,6 +154,7 @@ def render(
     order: int = 0,
     debias: str = "none",
     weighted: bool = True,
+    blend: str = "auto",
     jitter: bool = True,
     size: tuple[int, int] | None = None,
     seed: int = 0,
@@ -163,7 +167,7 @@ def render(
         Mitsuba XML file, or the name of a built-in scene.
     out : str or path
         Image file to write: .exr (linear) or .png (sRGB).
-    domain, sampler, order, debias, weighted, jitter
+    domain, sampler, order, debias, weighted, blend, jitter
         As the properties of the plug-in, :class:`voroquad.mitsuba.integrator.Reweighted`.
     spp : int
         Samples per pixel.
@@ -180,12 +184,12 @@ def render(
     Raises
     ------
     ValueError
-        There is no such scene or it is malformed; the sensor has no lens; what the plug-in refuses.
+        There is no such scene or it is malformed; the scene lacks the domain; what the plug-in refuses.
     """
     spp = positive_int("spp", spp)
     check_seed(seed)
     one_of("image format", Path(out).suffix.lower(), (".exr", ".png"))
-    loaded = load_scene(scene, size)
+    loaded = load_scene(scene, size, domain)
     integrator = make_integrator(
         "reweighted",
         own_integrator(loaded),
@@ -194,6 +198,7 @@ def render(
         order=order,
         debias=debias,
         weighted=weighted,
+        blend=blend,
         jitter=jitter,
         table_seed=seed,
     )

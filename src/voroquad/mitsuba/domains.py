@@ -1,0 +1,138 @@
+"""What the sets sample: coordinates of primary sample space, one class per domain, and joint ones."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from .._checks import one_of
+
+
+@dataclass
+class CameraSample:
+    """A point of primary sample space for each ray of a wavefront, each coordinate uniform in [0, 1)."""
+
+    pixel: Any  # mi.Point2f, within the pixel
+    lens: Any  # mi.Point2f
+    time: Any  # mi.Float, between shutter opening and closing
+    wavelength: Any  # mi.Float
+    factor: Any = None  # mi.Float, N·w of the set's sample; None where no set is weighed
+
+
+class Domain:
+    """Coordinates of the camera sample that come from the sets.
+
+    Attributes
+    ----------
+    name : str
+        What the property ``domain`` calls it.
+    dimension : int
+        Number of coordinates.
+    periodic : bool
+        Do they lie on a circle? Then their cells have no border, and no bias.
+    """
+
+    name: str
+    dimension: int
+    periodic = False
+
+    def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
+        """Raise ValueError if there is nothing to sample."""
+
+    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
+        """Put the table's coordinates u into the camera sample."""
+        raise NotImplementedError
+
+
+class Pixel(Domain):
+    """The point of the pixel's area, d = 2."""
+
+    name, dimension = "pixel", 2
+
+    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
+        drawn.pixel = mi.Point2f(u)
+
+
+class Lens(Domain):
+    """The point of the aperture, d = 2."""
+
+    name, dimension = "lens", 2
+
+    def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
+        if not sensor.needs_aperture_sample():
+            raise ValueError(
+                f"domain 'lens' needs a sensor with a lens, and the scene's '{sensor.class_name()}' has none; "
+                "use a 'thinlens' sensor with aperture_radius > 0"
+            )
+
+    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
+        drawn.lens = mi.Point2f(u)
+
+
+class Time(Domain):
+    """The time between opening and closing of the shutter, d = 1."""
+
+    name, dimension = "time", 1
+
+    def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
+        if not sensor.shutter_open_time() > 0:
+            raise ValueError(
+                f"domain 'time' needs an open shutter, and that of the scene's '{sensor.class_name()}' opens for no "
+                "time; set its shutter_open and shutter_close > shutter_open"
+            )
+
+    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
+        (drawn.time,) = u
+
+
+class Wavelength(Domain):
+    """The wavelengths of a path, d = 1.
+
+    A path carries n wavelengths, from the coordinates u, u + 1/n, … (mod 1): what it brings is a function of u of
+    period 1/n. The sets sample one period, v = n u, as a circle.
+    """
+
+    name, dimension, periodic = "wavelength", 1, True
+
+    def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
+        if not mi.is_spectral:
+            raise ValueError(
+                f"domain 'wavelength' needs a spectral variant, and {mi.variant()} has no wavelengths; "
+                "call mitsuba.set_variant('llvm_ad_spectral') before loading the scene"
+            )
+
+    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
+        drawn.wavelength = u[0] / dr.size_v(mi.Spectrum)  # of 4: exact, hence below 1/4 as v is below 1
+
+
+class Joint(Domain):
+    """Several domains sampled by one set, d the sum of theirs."""
+
+    def __init__(self, parts: list[Domain]) -> None:
+        self.parts = parts
+        self.name = "+".join(part.name for part in parts)
+        self.dimension = sum(part.dimension for part in parts)
+
+    def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
+        for part in self.parts:
+            part.check(scene, sensor)
+
+    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
+        for part in self.parts:
+            part.place(drawn, u[: part.dimension])
+            u = u[part.dimension :]
+
+
+DOMAINS: dict[str, type[Domain]] = {domain.name: domain for domain in (Lens, Time, Wavelength, Pixel)}
+
+
+def find_domain(name: str) -> Domain:
+    """The domain of a name such as "lens" or "pixel+time"; ValueError if there is none."""
+    names = [one_of("domain", part, DOMAINS) for part in name.split("+")]
+    if len(set(names)) < len(names):
+        raise ValueError(f"domain={name!r} names a part twice; drop one")
+    parts = [DOMAINS[part]() for part in names]
+    return parts[0] if len(parts) == 1 else Joint(parts)
