@@ -26,7 +26,7 @@ import numpy as np
 from mrinufft.density import get_density
 from scipy.special import j1
 
-import voroquad.mri_nufft  # noqa: F401: registers "voroquad"
+import voroquad.mri_nufft  # noqa: F401 (registers "voroquad")
 from voroquad.style import DPI, house_style, new_figure
 
 METHODS = {"voroquad": {"threads": 1}, "voronoi": {}, "cell_count": {}}

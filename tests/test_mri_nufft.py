@@ -13,7 +13,7 @@ import pytest
 from matplotlib.image import imread
 
 import voroquad as vq
-import voroquad.mri_nufft  # noqa: F401: registers "voroquad"
+import voroquad.mri_nufft  # registers "voroquad"
 
 EXAMPLE = Path(__file__).parents[1] / "examples" / "mri_density.py"
 
