@@ -19,6 +19,7 @@ class CameraSample:
     lens: Any  # mi.Point2f
     time: Any  # mi.Float, between shutter opening and closing
     wavelength: Any  # mi.Float
+    light: Any = None  # mi.Point2f, of the emitter sample at the first hit; None: the nested integrator's own
     factor: Any = None  # mi.Float, N·w of the set's sample; None where no set is weighed
 
 
@@ -108,6 +109,19 @@ class Wavelength(Domain):
         drawn.wavelength = u[0] / dr.size_v(mi.Spectrum)  # of 4: exact, hence below 1/4 as v is below 1
 
 
+class Light(Domain):
+    """The emitter sample at the first hit: which emitter, and the point on it, d = 2."""
+
+    name, dimension = "light", 2
+
+    def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
+        if not scene.emitters():
+            raise ValueError("domain 'light' needs an emitter, and the scene has none; add one, such as an area light")
+
+    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
+        drawn.light = mi.Point2f(u)
+
+
 class Joint(Domain):
     """Several domains sampled by one set, d the sum of theirs."""
 
@@ -126,7 +140,7 @@ class Joint(Domain):
             u = u[part.dimension :]
 
 
-DOMAINS: dict[str, type[Domain]] = {domain.name: domain for domain in (Lens, Time, Wavelength, Pixel)}
+DOMAINS: dict[str, type[Domain]] = {domain.name: domain for domain in (Lens, Time, Wavelength, Light, Pixel)}
 
 
 def find_domain(name: str) -> Domain:

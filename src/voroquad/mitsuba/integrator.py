@@ -19,7 +19,8 @@ from ..tables import SampleTable, kept_table
 from ..weights import find_rule
 from .accumulation import Floats, Footprint, Pass, accumulate
 from .blend import TILE, checkerboard, halves_of_one_round
-from .domains import CameraSample, Domain, find_domain
+from .domains import CameraSample, Domain, Joint, find_domain
+from .lights import FirstHit
 
 #: Samples of a table, about
 TABLE_SIZE = 2**18
@@ -186,20 +187,26 @@ class Plain(ADIntegrator):
         return radiance, valid, list(aovs)
 
     def render_forward(self, scene: mi.Scene, params: Any, *args: Any, **named: Any) -> mi.TensorXf:
-        """Forward derivative of the image; a radiative-backpropagation integrator does its own."""
-        if not isinstance(self.nested, ADIntegrator):
-            return super().render_forward(scene, params, *args, **named)
-        with self._camera_lent():
-            return self.nested.render_forward(scene, params, *args, **named)
+        """Forward derivative of the image."""
+        with self._derivatives() as integrator:
+            return integrator.render_forward(scene, params, *args, **named)
 
     def render_backward(self, scene: mi.Scene, params: Any, grad_in: mi.TensorXf, *args: Any, **named: Any) -> None:
-        """Backward derivative; through a C++ integrator it unrolls the loops, as Dr.Jit asks."""
+        """Backward derivative of the image."""
+        with self._derivatives() as integrator:
+            integrator.render_backward(scene, params, grad_in, *args, **named)
+
+    @contextmanager
+    def _derivatives(self) -> Iterator[Any]:
+        """What computes derivatives: an integrator of radiative backpropagation by its own means, others by unrolling
+        their loops, as Dr.Jit asks.
+        """
         if isinstance(self.nested, ADIntegrator):
             with self._camera_lent():
-                self.nested.render_backward(scene, params, grad_in, *args, **named)
+                yield self.nested
         else:
             with dr.scoped_set_flag(dr.JitFlag.SymbolicLoops, False):
-                super().render_backward(scene, params, grad_in, *args, **named)
+                yield super()
 
     @contextmanager
     def _camera_lent(self) -> Iterator[None]:
@@ -230,8 +237,8 @@ class Reweighted(Plain):
      * - domain
        - |string|
        - What the sets sample: ``lens``, the aperture of a thin lens; ``time``, between opening and closing of the
-         shutter; ``wavelength``, in a spectral variant; ``pixel``, its area; or several of them at once, such as
-         ``pixel+time``. (Default: ``lens``)
+         shutter; ``wavelength``, in a spectral variant; ``light``, the emitter sample at the first hit; ``pixel``, its
+         area; or several of them at once, such as ``pixel+time``. (Default: ``lens``)
      * - sampler
        - |string|
        - Design of the sets: ``uniform``, ``stratified``, ``regular``, ``sobol``, ``halton`` or ``zero-two``.
@@ -278,7 +285,8 @@ class Reweighted(Plain):
     -----
     Sample i of a set of N multiplies its ray's weight by N·w_i. The image is then Σ w f over the set, with f
     averaged over everything else that the path samples: w depends on the set's coordinates only, so unbiased
-    weights give an unbiased image. Weights sum to 1, hence a constant image stays constant, exactly. Extra
+    weights give an unbiased image. With the domain ``light`` alone, the weights multiply what the emitter sample
+    brings, and nothing else. Weights sum to 1, hence a constant image stays constant, exactly. Extra
     channels (``aov`` inside) and alpha are not weighted. With ``jitter`` false the image is that of point
     samples at the pixel centres. The same seeds give the same bits on any number of threads (on processors).
 
@@ -290,6 +298,7 @@ class Reweighted(Plain):
         self.domain = find_domain(_property(props, "domain", "lens"))
         if "pixel" in self.domain.name and not self.jitter:
             raise ValueError(f"jitter must be true for domain {self.domain.name!r}: it samples the pixel's area")
+        self._first_hit = FirstHit(self.nested) if "light" in self.domain.name else None
         self.weighted = _property(props, "weighted", True)
         self.blend = one_of("blend", _property(props, "blend", "auto"), ("auto", "off")) == "auto" and self.weighted
         self.reuse = one_of("reuse", _property(props, "reuse", "hash"), ("hash", "tile"))
@@ -379,14 +388,39 @@ class Reweighted(Plain):
             drawn.factor = dr.gather(mi.Float, self._factors, row)
         return drawn
 
+    @property
+    def _weighs_all(self) -> bool:
+        """Do the weights multiply all that a ray brings, not only the emitter sample at its first hit?"""
+        return self._first_hit is None or isinstance(self.domain, Joint)
+
     def sample_rays(
         self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
     ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
-        """Camera rays of the wavefront, their weights times N·w, and where on the film they count."""
+        """Camera rays of the wavefront, their weights (times N·w), and where on the film they count."""
         ray, weight, position = super().sample_rays(scene, sensor, sampler)
         assert self._rays is not None
         factor = self._rays.drawn.factor
-        return ray, weight if factor is None else weight * factor, position
+        return ray, weight if factor is None or not self._weighs_all else weight * factor, position
+
+    def follow(
+        self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool
+    ) -> tuple[mi.Spectrum, mi.Bool, list[mi.Float]]:
+        """Radiance along camera rays (but for their own weight), whether they hit something, the extra channels."""
+        weighed, rest, valid, aovs = self.split(scene, sampler, rays, active)
+        factor = rays.drawn.factor
+        return weighed * (1 if factor is None or self._weighs_all else factor) + rest, valid, aovs
+
+    def split(
+        self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool
+    ) -> tuple[mi.Spectrum, mi.Spectrum, mi.Bool, list[mi.Float]]:
+        """Radiance that the weights multiply, radiance that they do not, whether rays hit, and the extra channels."""
+        if self._first_hit is None:
+            radiance, valid, aovs = super().follow(scene, sampler, rays, active)
+            return radiance, mi.Spectrum(0), valid, aovs
+        light = self._first_hit.trace(scene, sampler, rays.ray, rays.drawn.light, active)
+        if self._weighs_all:
+            return light.sampled + light.rest, mi.Spectrum(0), light.valid, []
+        return light.sampled, light.rest, light.valid, []
 
     # ------------------------------------------------------------------ the image
 
@@ -418,14 +452,15 @@ class Reweighted(Plain):
             raise ValueError(f"'reweighted' renders to films of colours such as 'hdrfilm', not {film.class_name()}")
         sampler, spp = self.prepare(sensor, seed, spp, self.aov_names())
         rays = self.camera_rays(sensor, sampler)
-        radiance, valid, aovs = self.follow(scene, sampler, rays, mi.Bool(True))
+        weighed, rest, valid, aovs = self.split(scene, sampler, rays, mi.Bool(True))
 
-        colour = _colour(radiance * rays.weight, rays.ray.wavelengths)
-        channels = [*colour]
+        channels = [*_colour((weighed + rest) * rays.weight, rays.ray.wavelengths)]
         if mi.has_flag(film.flags(), mi.FilmFlags.Alpha):
             channels.append(dr.select(valid, mi.Float(1), mi.Float(0)))
         channels += aovs
-        change = [] if rays.drawn.factor is None else [c * (rays.drawn.factor - 1) for c in colour]
+        change = []
+        if rays.drawn.factor is not None:
+            change = [*_colour(weighed * (rays.drawn.factor - 1) * rays.weight, rays.ray.wavelengths)]
         return accumulate(Footprint(film), channels, change, rays.drawn.pixel, rays.index, spp)
 
     def develop(self, film: mi.Film, done: Pass, colour: Floats, share: Floats) -> mi.TensorXf:

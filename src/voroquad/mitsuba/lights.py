@@ -1,0 +1,147 @@
+"""Light at the first hit of a camera ray: one emitter sample from the sets, kept apart from all other light."""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+from mitsuba.python.ad.integrators.common import ADIntegrator
+
+_INFINITE = 2**32 - 1  # how Mitsuba's integrators keep max_depth = −1
+
+
+@dataclass
+class Light:
+    """What camera rays bring.
+
+    Attributes
+    ----------
+    sampled : mitsuba.Spectrum
+        By the emitter sample at the first hit.
+    rest : mitsuba.Spectrum
+        All other light: emitters seen directly or by the BSDF sample, and what is reflected twice or more.
+    valid : mitsuba.Bool
+        Did the ray hit something?
+    """
+
+    sampled: Any
+    rest: Any
+    valid: Any
+
+
+class FirstHit:
+    """Traces camera rays as a nested integrator does, with a given emitter sample at the first hit.
+
+    Parameters
+    ----------
+    nested : mitsuba.Integrator
+        ``path``, ``direct`` with one emitter sample, or ``prb``.
+
+    Raises
+    ------
+    ValueError
+        Another integrator, or one that takes no emitter sample or several.
+
+    Notes
+    -----
+    With multiple importance sampling (balance of the two densities' squares, as Mitsuba's path tracers have it), the
+    light reflected at the first hit is
+
+        f(ω_e) L_e(ω_e) cos θ_e m_e / p_e  +  f(ω_b) cos θ_b / p_b · ( m_b L_e(ω_b) + L_i(ω_b) ) ,
+
+    with ω_e the emitter sample, ω_b the BSDF sample, m the weights of the two, L_e what emitters send and L_i what
+    surfaces reflect. The first term is a function of the emitter sample alone. L_i is what the nested integrator,
+    one bounce shorter, finds along ω_b, less the emission that it meets first.
+    """
+
+    def __init__(self, nested: mi.Integrator) -> None:
+        settings = _settings(nested)
+        self._helper = nested
+        self.hides_emitters = bool(nested.hide_emitters)
+        # In alpha: what the path tracer counts as hit, and the others do not
+        self._sees_environment = nested.class_name() == "PathIntegrator" and not self.hides_emitters
+        self.samples_bsdf = settings.get("bsdf_samples", 1) > 0
+        depth = settings.get("max_depth", 2)
+        if settings.get("emitter_samples", 1) != 1 or settings.get("bsdf_samples", 0) > 1 or depth < 2:
+            raise ValueError(
+                "domain 'light' needs a nested integrator that takes one emitter sample and at most one BSDF sample, "
+                f"got {' '.join(str(nested).split())}; take more samples per pixel instead, or a greater max_depth"
+            )
+        self._indirect = None
+        if depth > 2:
+            shorter = {
+                "max_depth": -1 if depth == _INFINITE else depth - 1,
+                "rr_depth": max(1, settings["rr_depth"] - 1),
+            }
+            self._indirect = mi.load_dict({"type": "path", **shorter})
+
+    def trace(self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, u: mi.Point2f, active: mi.Bool) -> Light:
+        """Light along camera rays, with the emitter sample u at their first hits."""
+        context = mi.BSDFContext()
+        hit = self._first_hit(scene, ray, active)
+        bsdf = hit.bsdf(ray)
+        emission = hit.emitter(scene).eval(hit, active & (hit.is_valid() | (not self.hides_emitters)))
+        reflects = active & hit.is_valid()
+
+        # The emitter sample
+        lit = reflects & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
+        direction, radiance = scene.sample_emitter_direction(hit, u, True, lit)
+        lit &= direction.pdf != 0
+        outgoing = hit.to_local(direction.d)
+        value, pdf = bsdf.eval_pdf(context, hit, outgoing, lit)
+        share = mi.Float(1)
+        if self.samples_bsdf:
+            share = dr.select(direction.delta, 1, _share(direction.pdf, pdf))
+        sampled = dr.select(lit, value * radiance * share, 0)
+        valid = hit.is_valid() | (self._sees_environment and scene.environment() is not None)
+        if not self.samples_bsdf:
+            return Light(sampled, emission, active & valid)
+
+        # The BSDF sample, and what emits where it leads
+        drawn, weight = bsdf.sample(context, hit, sampler.next_1d(), sampler.next_2d(), reflects)
+        on = reflects & dr.any(weight != 0)
+        onward = hit.spawn_ray(hit.to_world(drawn.wo))
+        onward.wavelengths = ray.wavelengths
+        met = scene.ray_intersect(onward, on)
+        met_emission = met.emitter(scene).eval(met, on)
+        smooth = ~mi.has_flag(drawn.sampled_type, mi.BSDFFlags.Delta)
+        back = mi.DirectionSample3f(scene, met, hit)
+        by_emitters = scene.pdf_emitter_direction(hit, back, on & smooth)
+        rest = emission + weight * met_emission * dr.select(smooth, _share(drawn.pdf, by_emitters), 1)
+
+        if self._indirect is not None:
+            along, _, _ = self._indirect.sample(scene, sampler, mi.RayDifferential3f(onward), None, on)
+            rest += dr.select(on, weight * (along - met_emission), 0)
+        return Light(sampled, rest, active & valid)
+
+    def _first_hit(self, scene: mi.Scene, ray: Any, active: mi.Bool) -> Any:
+        """Where camera rays arrive; past area emitters, if those are hidden."""
+        hit = scene.ray_intersect_preliminary(ray, coherent=True, active=active)
+        if self.hides_emitters:
+            emits = active & hit.is_valid() & (hit.shape.emitter() != None)  # noqa: E711  (an array of pointers)
+            from_there = hit.compute_surface_interaction(ray, mi.RayFlags.Minimal, emits).spawn_ray(ray.d)
+            hit[emits] = self._helper.skip_area_emitters(scene, from_there, True, emits)
+        return hit.compute_surface_interaction(ray, mi.RayFlags.All, active)
+
+
+def _share(p: mi.Float, q: mi.Float) -> mi.Float:
+    """Weight of a sample of density p where another of density q could have found the same (power heuristic)."""
+    p, q = p * p, q * q
+    share = p / (p + q)
+    return dr.detach(dr.select(dr.isfinite(share), share, 0))
+
+
+def _settings(nested: mi.Integrator) -> dict[str, int]:
+    """The numbers that an integrator was made with: Mitsuba shows those of its C++ ones in their description only."""
+    name = nested.class_name()
+    if isinstance(nested, ADIntegrator) and type(nested).__name__ == "PRBIntegrator":
+        return {"max_depth": nested.max_depth, "rr_depth": nested.rr_depth}
+    if name not in ("PathIntegrator", "DirectIntegrator"):
+        raise ValueError(
+            f"domain 'light' cannot wrap {name}: its first emitter sample cannot be told from the rest; "
+            "nest 'path', 'direct' or 'prb'"
+        )
+    return {key: int(number) for key, number in re.findall(r"(\w+) = (\d+)", str(nested))}

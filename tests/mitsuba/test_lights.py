@@ -1,0 +1,183 @@
+"""Light at the first hit: the mean of Mitsuba's path tracers, with less noise where the emitter sample makes it."""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from voroquad.mitsuba.render import one_line_errors
+
+#: Where the sets sample the light, each a rule without bias
+RULE = {"domain": "light", "sampler": "stratified", "debias": "leave-one-out", "sets": 64, "blend": "off"}
+
+
+def film(size=12):
+    return {"type": "hdrfilm", "width": size, "height": size, "rfilter": {"type": "box"}, "pixel_format": "rgba"}
+
+
+def box():
+    """A Cornell box with an environment, a point light, rough metal, glass and a mask: every branch of a path."""
+    description = mi.cornell_box()
+    description["sensor"]["film"] = film()
+    look = mi.ScalarTransform4f()
+    leaf = {"type": "mask", "opacity": 0.5, "leaf": {"type": "twosided", "leaf": {"type": "diffuse"}}}
+    glossy = {"type": "sphere", "center": [0.3, -0.6, 0.5], "radius": 0.3}
+    glass = {"type": "sphere", "center": [-0.4, -0.6, 0.6], "radius": 0.3}
+    return mi.load_dict(
+        description
+        | {
+            "sky": {"type": "constant", "radiance": 0.3},
+            "lamp": {"type": "point", "position": [0.2, 0.3, 0.5], "intensity": {"type": "rgb", "value": 1.0}},
+            "glossy": glossy | {"bsdf": {"type": "roughconductor", "alpha": 0.1}},
+            "glass": glass | {"bsdf": {"type": "dielectric"}},
+            "mask": {"type": "rectangle", "to_world": look.translate([0.5, 0.3, 0.6]).scale(0.3), "bsdf": leaf},
+        }
+    )
+
+
+def wall():
+    """A diffuse wall before a large bright rectangle, a bar between: the emitter sample makes the noise."""
+    look = mi.ScalarTransform4f()
+    eye = look.look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])
+    black = {"type": "diffuse", "reflectance": 0.0}
+    return mi.load_dict(
+        {
+            "type": "scene",
+            "sensor": {"type": "perspective", "fov": 40, "film": film(), "to_world": eye},
+            "wall": {"type": "rectangle", "to_world": look.scale(4)},
+            "light": {
+                "type": "rectangle", "to_world": look.translate([0, 0, 5]).rotate([0, 1, 0], 180).scale(3),
+                "emitter": {"type": "area", "radiance": 1.0},
+            },
+            "bar": {"type": "cube", "to_world": look.translate([0.3, 0, 1]).scale([0.1, 2, 0.1]), "bsdf": black},
+        }
+    )  # fmt: skip
+
+
+def images(scene, count, spp=16, **plugin):
+    return [
+        np.array(mi.render(scene, integrator=mi.load_dict(plugin | redrawn(plugin, k)), spp=spp, seed=k), np.float64)
+        for k in range(count)
+    ]
+
+
+def redrawn(plugin, k):
+    return {"table_seed": k} if plugin["type"] == "reweighted" else {}
+
+
+NESTED = [
+    {"type": "path", "max_depth": 4},
+    {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0},
+    pytest.param({"type": "path", "max_depth": 3, "hide_emitters": True}, marks=pytest.mark.slow),
+    pytest.param({"type": "direct"}, marks=pytest.mark.slow),
+    pytest.param({"type": "prb", "max_depth": 3}, marks=pytest.mark.slow),
+]
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("nested", NESTED)
+def test_mean_is_that_of_the_nested_integrator(nested, pixel_z):
+    scene = box()
+    many = np.stack(images(scene, 8, 1024, **nested))
+    got = images(scene, 40, type="reweighted", nested=nested, **RULE)
+    excess, largest = pixel_z([i[..., :3] for i in got], many[..., :3].mean(0), many[..., :3].var(0, ddof=1) / 8)
+    assert excess < 5
+    assert largest < 7
+    # alpha has no noise but the pixel's
+    np.testing.assert_allclose(np.mean(got, 0)[..., 3], many[..., 3].mean(0), atol=0.15)
+
+
+@pytest.mark.statistical
+def test_a_weight_on_all_light_twice_would_show(pixel_z):
+    """Negative control: the rays' own weights times N·w as well."""
+    scene, nested = box(), mi.load_dict({"type": "direct"})
+    many = np.stack(images(scene, 8, 1024, type="direct"))
+
+    def image(seed):
+        integrator = mi.load_dict(
+            {"type": "reweighted", "nested": nested, **RULE, "sampler": "uniform", "table_seed": seed}
+        )
+        camera_rays = integrator.camera_rays
+
+        def twice(sensor, sampler):
+            rays = camera_rays(sensor, sampler)
+            rays.weight = rays.weight * rays.drawn.factor
+            return rays
+
+        integrator.camera_rays = twice
+        return np.array(mi.render(scene, integrator=integrator, spp=16, seed=seed), np.float64)[..., :3]
+
+    excess, _ = pixel_z([image(k) for k in range(40)], many[..., :3].mean(0), many[..., :3].var(0, ddof=1) / 8)
+    assert excess > 10
+
+
+def test_noise_of_a_large_light():
+    """2.5 × below uniform samples of the light, and below stratified ones."""
+    scene = wall()
+    nested = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
+    common = {"type": "reweighted", "domain": "light", "jitter": False, "blend": "off", "nested": nested}
+    truth = np.mean(images(scene, 4, 4096, samples=1024, sampler="sobol", weighted=False, **common), 0)
+
+    def mse(**properties):
+        return np.mean((np.stack(images(scene, 6, 64, **common, **properties)) - truth) ** 2)
+
+    assert mse(sampler="uniform") < mse(sampler="uniform", weighted=False) / 2.5
+    assert mse(sampler="stratified") < mse(sampler="stratified", weighted=False)
+
+
+def test_joint_with_the_pixel():
+    """One set for the pixel and its light: weights are those of the whole ray."""
+    scene = wall()
+    image = images(scene, 1, 64, type="reweighted", domain="pixel+light", sampler="sobol", weighted=False,
+                   nested={"type": "direct"})[0]  # fmt: skip
+    truth = images(scene, 1, 1024, type="direct")[0]
+    assert np.sqrt(np.mean((image - truth) ** 2)) < 0.1 * truth[..., :3].mean()
+
+
+def test_derivatives_are_those_of_the_weighted_image():
+    """The image is linear in the light's radiance: derivative = image(1) − image(0)."""
+    scene = wall()
+    integrator = mi.load_dict({"type": "reweighted", "nested": {"type": "path", "max_depth": 3}, **RULE})
+    parameters = mi.traverse(scene)
+    key = "light.emitter.radiance.value"
+
+    def lit(value):
+        parameters[key] = value
+        parameters.update()
+        return np.array(mi.render(scene, integrator=integrator, spp=16, seed=5))
+
+    difference = lit(1.0) - lit(0.0)
+    theta = mi.Float(1)
+    dr.enable_grad(theta)
+    parameters[key] = theta
+    parameters.update()
+    dr.set_grad(theta, 1)
+    dr.enqueue(dr.ADMode.Forward, theta)
+    derivative = np.array(integrator.render_forward(scene, parameters, seed=5, spp=16))
+    np.testing.assert_allclose(derivative[..., :3], difference[..., :3], rtol=1e-3, atol=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("nested", "message"),
+    [
+        ({"type": "volpath"}, "cannot wrap VolumetricPathIntegrator"),
+        ({"type": "aov", "aovs": "d:depth", "inner": {"type": "path"}}, "cannot wrap AOVIntegrator"),
+        ({"type": "direct", "emitter_samples": 4}, "one emitter sample"),
+        ({"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}, "one emitter sample"),
+        ({"type": "path", "max_depth": 1}, "greater max_depth"),
+    ],
+)
+def test_nested_integrators_that_do_not_fit(nested, message):
+    with pytest.raises(ValueError, match=message), one_line_errors():
+        mi.load_dict({"type": "reweighted", "domain": "light", "nested": nested})
+
+
+def test_a_scene_without_light():
+    scene = mi.load_dict(
+        {"type": "scene", "sensor": {"type": "perspective", "film": film()}, "ball": {"type": "sphere"}}
+    )
+    integrator = mi.load_dict({"type": "reweighted", "domain": "light", "nested": {"type": "path"}})
+    with pytest.raises(ValueError, match="add one, such as an area light"), one_line_errors():
+        mi.render(scene, integrator=integrator, spp=4)
