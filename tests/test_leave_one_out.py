@@ -8,15 +8,19 @@ import pytest
 
 import voroquad as vq
 from voroquad.leave_one_out import HIGHEST_ORDER, default_order, fit_strata, stencil
+from voroquad.multi_jittered import colours, offsets
 from voroquad.samplers import SampleSet
 
 
-def draw(strata, sets, seed=1):
+def draw(strata, sets, seed=1, design="stratified"):
     """Sets (sets, n, d) with one sample in each stratum of any grid, near-cubic or not."""
     d, n = len(strata), math.prod(strata)
-    corners = np.indices(strata).reshape(d, n).T
-    points = (corners + np.random.default_rng(seed).random((sets, n, d))) / strata
-    return SampleSet(points, "stratified", tuple(strata))
+    corners, rng = np.indices(strata).reshape(d, n).T, np.random.default_rng(seed)
+    places = offsets(strata, sets, rng) if design == "multi-jittered" else rng.random((sets, n, d))
+    return SampleSet((corners + places) / strata, design, tuple(strata))
+
+
+DESIGNS = ("stratified", "multi-jittered")
 
 
 GRIDS = [
@@ -26,10 +30,11 @@ GRIDS = [
 ]  # fmt: skip
 
 
+@pytest.mark.parametrize("design", DESIGNS)
 @pytest.mark.parametrize(("strata", "order"), GRIDS)
-def test_polynomials_up_to_the_order_are_integrated_exactly(strata, order):
+def test_polynomials_up_to_the_order_are_integrated_exactly(strata, order, design):
     assert stencil(order, strata).order == order
-    samples = draw(strata, sets=3)
+    samples = draw(strata, sets=3, design=design)
     w, _ = fit_strata(samples, order, threads=2)
     for powers in np.ndindex((order + 1,) * len(strata)):
         if sum(powers) <= order and (sum(powers) > order - 2 or len(strata) < 3):
@@ -64,16 +69,17 @@ def monomials(t, order):
     return np.stack([np.prod(t ** np.array(p), axis=-1) for p in powers], axis=-1), np.array(powers)
 
 
-def reference(points, strata, order, own=False):
+def reference(points, strata, order, own=False, design="stratified"):
     """Weights and the matrix of responses of one set (n, d); `own` leaves x_i in its fit."""
     n, d = points.shape
+    colour = colours(strata) if design == "multi-jittered" else np.arange(n)
     k, width = np.array(strata), np.array(stencil(order, strata).width)
     cells = np.indices(strata).reshape(d, n).T
     w, response = np.full(n, 1 / n), np.zeros((n, n))
     for i, cell in enumerate(cells):
         start = np.minimum(np.maximum(cell - width // 2, 0), k - width)
         block = np.flatnonzero(((cells >= start) & (cells < start + width)).all(axis=1))
-        block = block if own else block[block != i]
+        block = block if own else block[colour[block] != colour[i]]
         a, powers = monomials(points[block] * k - cell - 0.5, order)
         fit = np.linalg.pinv(a)
         # ∫ t^p over [−½, ½]
@@ -84,13 +90,14 @@ def reference(points, strata, order, own=False):
     return w, response
 
 
+@pytest.mark.parametrize("design", DESIGNS)
 @pytest.mark.parametrize(("strata", "order"), [((9,), 2), ((6, 7), 3), ((3, 5), 1), ((4, 5, 6), 2), ((3, 4, 3, 3), 1)])
-def test_core_agrees_with_numpy(strata, order):
-    samples = draw(strata, sets=2)
+def test_core_agrees_with_numpy(strata, order, design):
+    samples = draw(strata, sets=2, design=design)
     values = np.sin(7 * samples.points.sum(axis=-1))[:, None]
     w, residuals = fit_strata(samples, order, threads=1, values=values)
     for s in range(2):
-        expected, response = reference(samples.points[s], strata, order)
+        expected, response = reference(samples.points[s], strata, order, design=design)
         np.testing.assert_allclose(w[s], expected, atol=1e-12)
         np.testing.assert_allclose(residuals[s, 0], values[s, 0] - response @ values[s, 0], atol=1e-11)
 
@@ -116,8 +123,9 @@ def ramp(x, k):
     return np.where(first < 1, first - 0.5, 0.0)
 
 
-# 16 checks at 5.5 standard errors: a correct program exceeds one of them once in 1.6e6 seeds
+# 32 checks at 5.5 standard errors: a correct program exceeds one of them once in 8e5 seeds
 @pytest.mark.statistical
+@pytest.mark.parametrize("design", DESIGNS)
 @pytest.mark.parametrize(
     ("strata", "order"),
     [
@@ -131,8 +139,8 @@ def ramp(x, k):
         ((3, 3, 3, 3, 3), 1),
     ],
 )
-def test_unbiased(z_score, strata, order):
-    samples = draw(strata, sets=12_000 if len(strata) < 5 else 2_000, seed=5)
+def test_unbiased(z_score, strata, order, design):
+    samples = draw(strata, sets=6_000 if len(strata) < 5 else 2_000, seed=5, design=design)
     w, _ = fit_strata(samples, order, threads=2)
     for f, truth in ((jumpy, exact_jumpy(len(strata))), (ramp, 0.0)):
         z = z_score((w * f(samples.points, strata[0])).sum(axis=1), truth)
@@ -149,12 +157,23 @@ def test_a_fit_that_includes_its_own_sample_is_found_biased(z_score):
     assert abs(z_score((included * f).sum(axis=1), 0.0)) > 7
 
 
+@pytest.mark.statistical
+@pytest.mark.parametrize("strata", [(6, 6), (4, 4, 4)])
+def test_a_fit_to_samples_of_the_same_colour_is_found_biased(z_score, strata):
+    samples = draw(strata, sets=12_000, seed=5, design="multi-jittered")
+    f = ramp(samples.points, strata[0])
+    left_out, _ = fit_strata(samples, 2, threads=2)
+    included, _ = fit_strata(SampleSet(samples.points, "stratified", strata), 2, threads=2)
+    assert abs(z_score((left_out * f).sum(axis=1), 0.0)) < 5.5
+    assert abs(z_score((included * f).sum(axis=1), 0.0)) > 6.5
+
+
 # ---------------------------------------------------------------------- robustness
 
 
 @pytest.mark.parametrize("strata", [(100,), (10, 10), (11, 11), (20, 20), (32, 32), (5, 5, 5), (6, 6, 6), (8, 8, 8)])
 def test_default_stencils_have_tame_weights(strata):
-    samples = draw(strata, sets=50_000 // math.prod(strata), seed=3)
+    samples = draw(strata, sets=50_000 // math.prod(strata), seed=3, design="multi-jittered")
     w, _ = fit_strata(samples, default_order(strata), threads=2)
     assert abs(w).sum(axis=1).mean() <= 1.1
     assert abs(w).max() * samples.n <= 20

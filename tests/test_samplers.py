@@ -3,6 +3,7 @@ import pytest
 from scipy.stats import kstest, qmc
 
 import voroquad as vq
+from voroquad.multi_jittered import colours, offsets
 from voroquad.samplers import DESIGNS, _inside, grid_shape, stratum_index
 
 
@@ -24,7 +25,7 @@ def test_sets_are_different_and_each_point_is_uniform(design):
     sets = vq.sample(design, n=16, d=2, sets=2000, rng=3).points
     assert sets.shape == (2000, 16, 2)
     assert len(np.unique(sets[:, 0, 0])) == 2000
-    if design == "stratified":  # uniform in its own stratum only
+    if design in ("stratified", "multi-jittered"):  # uniform in its own stratum only
         sets = sets * 4 % 1
     for i in (0, 5):
         for axis in (0, 1):
@@ -48,6 +49,27 @@ def test_every_stratum_holds_one_point_in_c_order():
     s = vq.sample("stratified", n=24, d=2, sets=500, rng=1)
     assert s.strata == (4, 6)
     np.testing.assert_array_equal(stratum_index(s.points, s.strata), np.broadcast_to(np.arange(24), (500, 24)))
+
+
+@pytest.mark.parametrize("strata", [(5, 7), (4, 5, 5), (3, 4, 4, 5)])
+def test_multi_jittered_points_of_one_colour_are_a_latin_arrangement_in_each_slab(strata):
+    places = offsets(strata, 3, np.random.default_rng(1))
+    index = np.indices(strata).reshape(len(strata), -1)
+    for colour in range(colours(strata).max() + 1):
+        for a, k in enumerate(strata):
+            for i in range(k):
+                slab = np.flatnonzero((colours(strata) == colour) & (index[a] == i))
+                for of_set in places[:, slab, a]:
+                    np.testing.assert_array_equal(np.sort((of_set * len(slab)).astype(int)), np.arange(len(slab)))
+
+
+@pytest.mark.statistical
+def test_multi_jittered_points_of_different_colours_are_independent():
+    # The sum of the first coordinates in a slab hardly varies if they are one arrangement of all its points
+    places = offsets((6, 6), 4000, np.random.default_rng(1))[..., 0].reshape(-1, 6, 6)
+    assert places[:, 0, [0, 3]].sum(axis=1).var() == pytest.approx(1 / 24, rel=0.15)  # in halves: 2 / (12 · 4)
+    assert places[:, 0, [0, 1, 2]].sum(axis=1).var() == pytest.approx(3 / 12, rel=0.15)
+    assert places[:, :2, 0].sum(axis=1).var() == pytest.approx(2 / 12, rel=0.15)
 
 
 @pytest.mark.parametrize("design", ["sobol", "zero-two"])

@@ -10,6 +10,9 @@
 // sample j, the weights are
 //
 //     w_j = |S_j| + Σ_{i ≠ j} |S_i| (mean_{S_i} φ_ij − φ_ij(x_i)).
+//
+// Samples of strata whose indices differ by multiples of a period along every axis may depend on
+// each other; then P_i is fitted without all of those that x_i may depend on.
 #pragma once
 
 #include <algorithm>
@@ -45,21 +48,26 @@ inline int highest_order(const TotalDegree &terms, const std::vector<Pack> &solu
 
 // The strata of the unit box, and around each of them its block: width_a strata along axis a,
 // with the stratum in the middle or, near the border, as close to it as the block can come.
+// Strata of one colour are those whose indices agree modulo the period; period 0: none do.
 class StrataBlocks {
 public:
-    StrataBlocks(std::span<const std::size_t> strata, std::span<const std::size_t> width)
+    StrataBlocks(std::span<const std::size_t> strata, std::span<const std::size_t> width,
+                 std::size_t period)
         : strata_(strata.begin(), strata.end()), width_(width.begin(), width.end()),
-          stride_(strata.size(), 1) {
+          stride_(strata.size(), 1), period_(period) {
         for (std::size_t a = strata.size() - 1; a-- > 0;)
             stride_[a] = stride_[a + 1] * strata_[a + 1];
         // Members in C order, as distances from the block's first stratum
-        members_ = {0};
+        members_ = colours_ = {0};
         for (std::size_t a = 0; a < dimension(); ++a) {
-            std::vector<std::size_t> longer;
-            for (const std::size_t member : members_)
-                for (std::size_t i = 0; i < width_[a]; ++i)
-                    longer.push_back(member + i * stride_[a]);
+            std::vector<std::size_t> longer, colours;
+            for (std::size_t m = 0; m < members_.size(); ++m)
+                for (std::size_t i = 0; i < width_[a]; ++i) {
+                    longer.push_back(members_[m] + i * stride_[a]);
+                    colours.push_back(period ? colours_[m] * period + i % period : longer.size());
+                }
             members_ = std::move(longer);
+            colours_ = std::move(colours);
         }
     }
 
@@ -69,6 +77,9 @@ public:
     std::size_t width(std::size_t axis) const { return width_[axis]; }
     std::size_t stride(std::size_t axis) const { return stride_[axis]; }
     std::span<const std::size_t> members() const { return members_; }
+    bool coloured() const { return period_ > 0; }
+    // Whether two members of a block have the same colour.
+    bool alike(std::size_t m, std::size_t other) const { return colours_[m] == colours_[other]; }
 
     // The first stratum along the axis of the block around the stratum with that coordinate.
     std::size_t start(std::size_t axis, std::size_t coordinate) const {
@@ -77,7 +88,8 @@ public:
     }
 
 private:
-    std::vector<std::size_t> strata_, width_, stride_, members_;
+    std::vector<std::size_t> strata_, width_, stride_, members_, colours_;
+    std::size_t period_;
 };
 
 // Fits around Pack::lanes strata at a time; holds a thread's scratch space.
@@ -154,8 +166,12 @@ private:
 
     void fill_rows(const double *points) {
         for (std::size_t r = 0; r < fit_.rows(); ++r) {
-            load(points, [this, r](int l) { return r + (r >= own_[l]); });
-            terms_.multiply(factors_.data(), fit_.row(r), fit_.rows());
+            const auto member = [this, r](int l) { return r + (r >= own_[l]); };
+            load(points, member);
+            Pack share(1.0); // 0 leaves a sample out
+            for (int l = 0; blocks_.coloured() && l < Pack::lanes; ++l)
+                if (blocks_.alike(member(l), own_[l])) share.set(l, 0.0);
+            terms_.multiply(factors_.data(), fit_.row(r), fit_.rows(), share);
         }
     }
 

@@ -66,11 +66,11 @@ public:
     std::size_t size(int order) const { return size_[order]; }
     std::size_t size() const { return terms_.size(); }
 
-    // Multiplies factors[axis * (order + 1) + degree], whose degree 0 is 1; product c goes to
-    // values[c * stride].
+    // Multiplies factors[axis * (order + 1) + degree], whose degree 0 is 1, and `first`; product c
+    // goes to values[c * stride].
     template <class T>
-    void multiply(const T *factors, T *values, std::size_t stride = 1) const {
-        values[0] = T(1.0);
+    void multiply(const T *factors, T *values, std::size_t stride = 1, T first = T(1.0)) const {
+        values[0] = first;
         for (std::size_t c = 1; c < terms_.size(); ++c) {
             const auto &[prefix, axis, degree] = terms_[c];
             values[c * stride] = values[prefix * stride] * factors[axis * (order_ + 1) + degree];

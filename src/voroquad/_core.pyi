@@ -15,6 +15,7 @@ def leave_one_out_strata(
     points: NDArray[np.float64],
     strata: Sequence[int],
     width: Sequence[int],
+    period: int,
     order: int,
     values: NDArray[np.float64],
     threads: int,

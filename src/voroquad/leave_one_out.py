@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core
+from . import _core, multi_jittered
 from .samplers import SampleSet, stratum_index
 
 Array = NDArray[np.float64]
@@ -111,7 +111,7 @@ def fit_strata(samples: SampleSet, order: int, threads: int, values: Array | Non
     Parameters
     ----------
     samples : SampleSet
-        Stratified: (n, d) or (sets, n, d).
+        Stratified or multi-jittered: (n, d) or (sets, n, d).
     order : int
         Order of the fits.
     threads : int
@@ -134,7 +134,8 @@ def fit_strata(samples: SampleSet, order: int, threads: int, values: Array | Non
         Î = Σ_i [ ∫_{S_i} P_i + |S_i| (f(x_i) − P_i(x_i)) ].
 
     P_i does not depend on x_i, which is uniform in S_i, so each term has mean ∫_{S_i} f: the rule is
-    unbiased for every integrand. docs/theory.md, (10) and (11).
+    unbiased for every integrand. Of multi-jittered sets, all samples of the colour of x_i are left out.
+    docs/theory.md, (10) and (11).
     """
     points = np.atleast_3d(samples.points) if samples.points.ndim == 3 else samples.points[None]
     assert samples.strata is not None
@@ -149,7 +150,13 @@ def fit_strata(samples: SampleSet, order: int, threads: int, values: Array | Non
         points = np.take_along_axis(points, order_of[..., None], axis=1)
         values = np.take_along_axis(values, order_of[:, None], axis=2)
     weights, residuals, _ = _core.leave_one_out_strata(
-        np.ascontiguousarray(points), samples.strata, block.width, block.order, np.ascontiguousarray(values), threads
+        np.ascontiguousarray(points),
+        samples.strata,
+        block.width,
+        multi_jittered.period(samples.d) if samples.design == "multi-jittered" else 0,
+        block.order,
+        np.ascontiguousarray(values),
+        threads,
     )
     if shuffled:
         back = np.argsort(order_of, axis=-1)

@@ -26,7 +26,7 @@ from .weights import DEBIAS, RANDOMISED, weights
 Array = NDArray[np.float64]
 
 #: Replicates that one estimate is split into where a rule needs several sets.
-REPLICATES = 8
+REPLICATES = 4
 
 
 class ConfidenceInterval(NamedTuple):
@@ -127,12 +127,12 @@ def quad(
         Lower and upper limits. They may be infinite. Where b < a the sign changes, as usual.
     n_points : int
         Largest number of evaluations of an estimate. A stratified set has the largest near-cubic
-        grid of at most that many strata; other samplers split them into eight replicates where
+        grid of at most that many strata; other samplers split them into four replicates where
         n_estimates is 1.
     n_estimates : int
         Number of independent sets; the result is their mean, its error comes from their spread.
     sampler : str or callable
-        As :func:`voroquad.sample` has them. "auto" is "stratified" for d ≤ 4 and "sobol" above.
+        As :func:`voroquad.sample` has them. "auto" is "multi-jittered" for d ≤ 4 and "sobol" above.
     order : int or "auto"
         Order of the rule. "auto" is a fixed function of the dimension and the number of points
         (:func:`voroquad.leave_one_out.default_order`).
@@ -197,14 +197,14 @@ def quad(
     with _workers(workers) as (spread, parts):
         integrand = Integrand(func, a, b, spread, parts)
         if isinstance(sampler, str) and sampler == "auto":
-            sampler = "stratified" if integrand.d <= 4 else "sobol"
+            sampler = "multi-jittered" if integrand.d <= 4 else "sobol"
         if order != "auto":
             check_order(order, integrand.d)
-        stratified = sampler == "stratified" and debias in ("auto", "leave-one-out")
+        stratified = sampler in ("stratified", "multi-jittered") and debias in ("auto", "leave-one-out")
 
         def estimate(n: int) -> Estimate:
             if stratified:
-                return _stratified(integrand, n, n_estimates, order, generator, threads)
+                return _stratified(integrand, n, n_estimates, sampler, order, generator, threads)
             return _replicates(integrand, n, n_estimates, sampler, order, debias, generator, threads)
 
         if wanted is None:
@@ -230,12 +230,18 @@ def _workers(workers: int | Callable[..., Any]) -> Iterator[tuple[Callable[..., 
 
 
 def _stratified(
-    integrand: Integrand, n_points: int, sets: int, order: int | str, rng: np.random.Generator, threads: int
+    integrand: Integrand,
+    n_points: int,
+    sets: int,
+    sampler: str | EngineFactory,
+    order: int | str,
+    rng: np.random.Generator,
+    threads: int,
 ) -> Estimate:
     """Leave-one-out on `sets` sets of one sample per stratum."""
     strata = largest_grid(n_points, integrand.d)
     p = default_order(strata) if order == "auto" else int(order)
-    samples = sample("stratified", math.prod(strata), integrand.d, sets=sets, rng=rng)
+    samples = sample(sampler, math.prod(strata), integrand.d, sets=sets, rng=rng)
     values = _values(integrand, samples.points)
     w, residuals = fit_strata(samples, p, threads, values)
     means = np.einsum("sn,sfn->sf", w, values)
@@ -258,7 +264,7 @@ def _replicates(
     rng: np.random.Generator,
     threads: int,
 ) -> Estimate:
-    """Any rule of :func:`voroquad.weights` on independent sets; one estimate is split into eight.
+    """Any rule of :func:`voroquad.weights` on independent sets; one estimate is split into four.
 
     With nothing asked for: cross-fit where there are points enough for it to pay, else the plain mean.
     """

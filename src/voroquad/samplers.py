@@ -13,10 +13,11 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import qmc
 
+from . import multi_jittered
 from ._checks import one_of, positive_int, unit_points
 
 #: Designs of one point per box of a grid
-GRIDDED = ("stratified", "regular")
+GRIDDED = ("stratified", "multi-jittered", "regular")
 
 Rng: TypeAlias = int | np.random.Generator | None
 #: Makes an engine from (d, rng); the classes of `scipy.stats.qmc` do.
@@ -34,8 +35,8 @@ class SampleSet:
     design : str
         The sampler's name: what rules for weights may assume of the points.
     strata : tuple of int, optional
-        Stratified and regular sets: the number of boxes k_1 … k_d along each axis. Each box holds
-        one point; :func:`sample` draws them in C order of the boxes (the last axis fastest).
+        Sets of the designs in :data:`GRIDDED`: the number of boxes k_1 … k_d along each axis. Each
+        box holds one point; :func:`sample` draws them in C order of the boxes (the last axis fastest).
     """
 
     points: NDArray[np.float64]
@@ -88,7 +89,9 @@ def sample(
     ----------
     sampler : str, QMCEngine or callable
         ``"uniform"``: independent points. ``"stratified"``: one uniform point in each box of a
-        near-cubic grid. ``"regular"``: the centres of those boxes (no randomness).
+        near-cubic grid. ``"multi-jittered"``: the same, and evenly spread in each coordinate as far as
+        neighbouring boxes stay independent (:mod:`voroquad.multi_jittered`). ``"regular"``: the centres
+        of the boxes (no randomness).
         ``"sobol"``: Sobol' points, Owen-scrambled. ``"halton"``: Halton points, scrambled.
         ``"zero-two"``: the (0,2)-sequence (van der Corput and second Sobol' dimension) with
         random digit scrambling, d ≤ 2. Or an engine of `scipy.stats.qmc`, which continues where it
@@ -250,6 +253,12 @@ def _stratified(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[
     return _inside(points, corners, strata)
 
 
+def _multi_jittered(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    strata = grid_shape(n, d)
+    corners = np.indices(strata).reshape(d, n).T
+    return _inside((corners + multi_jittered.offsets(strata, sets, rng)) / strata, corners, strata)
+
+
 def _regular(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
     strata = grid_shape(n, d)
     centres = (np.indices(strata).reshape(d, n).T + 0.5) / strata
@@ -274,6 +283,7 @@ def _zero_two(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np
 DESIGNS: dict[str, Design] = {
     "uniform": _uniform,
     "stratified": _stratified,
+    "multi-jittered": _multi_jittered,
     "regular": _regular,
     "sobol": _sobol,
     "halton": _halton,

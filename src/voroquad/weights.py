@@ -78,8 +78,8 @@ def weights(
     ``bias-function``   0        1 to 3 uniform, stratified            yes       no
     ``exchange``        0        1      uniform, stratified            yes       yes
     ``leave-one-out``   0        1 to 3 uniform, stratified            yes       yes
-    ``leave-one-out``   1 to 8   1 to 3 stratified                     yes       yes
-    ``leave-one-out``   1 to 3   4 to 8 stratified                     yes       yes
+    ``leave-one-out``   1 to 8   1 to 3 stratified, multi-jittered     yes       yes
+    ``leave-one-out``   1 to 3   4 to 8 stratified, multi-jittered     yes       yes
     ``cross-fit``       1 to 8   1 to 3 randomised, two sets or more   yes       mean
     ``cross-fit``       1 to 3   4 to 8 randomised, two sets or more   yes       mean
     ==================  =======  =====  =============================  ========  ======
@@ -179,15 +179,15 @@ def _span(numbers: range) -> str:
 
 
 #: Designs whose every point is uniform in the unit box, independently of the other sets.
-RANDOMISED = ("uniform", "stratified", "sobol", "halton", "zero-two", "latinhypercube", "engine")
+RANDOMISED = ("uniform", "stratified", "multi-jittered", "sobol", "halton", "zero-two", "latinhypercube", "engine")
 
 #: Every rule there is. debias="auto" takes the first unbiased one that covers the set.
 RULES = (
     Rule("exchange", range(1), range(1, 2), ("uniform",), _exchange_uniform),
     Rule("exchange", range(1), range(1, 2), ("stratified",), _exchange_stratified),
     Rule("leave-one-out", range(1), range(1, 4), ("uniform", "stratified"), _boundary_control),
-    Rule("leave-one-out", range(1, 9), range(1, 4), ("stratified",), weigh_strata),
-    Rule("leave-one-out", range(1, 4), range(4, 9), ("stratified",), weigh_strata),
+    Rule("leave-one-out", range(1, 9), range(1, 4), ("stratified", "multi-jittered"), weigh_strata),
+    Rule("leave-one-out", range(1, 4), range(4, 9), ("stratified", "multi-jittered"), weigh_strata),
     Rule("cross-fit", range(1, 9), range(1, 4), RANDOMISED, weigh_replicates, fewest_sets=2),
     Rule("cross-fit", range(1, 4), range(4, 9), RANDOMISED, weigh_replicates, fewest_sets=2),
     Rule("bias-function", range(1), range(1, 4), ("uniform", "stratified"), _over_bias_function),
