@@ -119,6 +119,7 @@ def study(
 ) -> None:
     """Run a numerical study: figures, numbers as CSV."""
     from ._checks import whole_numbers
+    from .report.page import write_report
     from .study import suites
 
     results = suites.run_suite(
@@ -131,16 +132,19 @@ def study(
         instances=instances,
         seed=seed,
     )
+    page = write_report([output])
     if as_json:
         print(json.dumps(suites.suite(suite).summary(results, output)))
     else:
-        print(f"{sum(len(s.figures) for s in results.sections)} figures and their numbers: {output}")
+        print(f"{sum(len(s.figures) for s in results.sections)} figures and their numbers: {page}")
 
 
 @app.command()
 def report(
     folders: Annotated[list[Path], typer.Argument(help="Folders that study or compare made.")],
-    output: Annotated[Path, typer.Option("-o", "--output", help="HTML file.")] = Path("index.html"),
+    output: Annotated[
+        Path | None, typer.Option("-o", "--output", help="HTML file; by default index.html in the folder.")
+    ] = None,
 ) -> None:
     """Show results as one self-contained HTML page."""
     from .report.page import write_report
@@ -231,14 +235,16 @@ def compare(
     from .mitsuba.compare import compare as run
     from .mitsuba.compare import summary
     from .mitsuba.render import parse_size
+    from .report.page import write_report
 
     results = run(
         scene, output, domain=domain, spp=whole_numbers("spp", spp), size=parse_size(size), seed=seed, jitter=jitter
     )
+    page = write_report([output])
     if as_json:
         print(json.dumps(summary(results, output)))
     else:
-        print(f"images and their errors: {output}")
+        print(f"images and their errors: {page}")
 
 
 def main() -> None:
@@ -262,9 +268,10 @@ def main() -> None:
 
 #: The extra of the package that brings a module.
 _EXTRAS = {
-    "matplotlib": "study", "jinja2": "study", "mitsuba": "render", "drjit": "render", "flip_evaluator": "render",
-    "vegas": "bench", "qmcpy": "bench",
-}  # fmt: skip
+    **dict.fromkeys(("matplotlib", "jinja2", "bokeh", "OpenEXR"), "study"),
+    **dict.fromkeys(("mitsuba", "drjit", "flip_evaluator"), "render"),
+    **dict.fromkeys(("vegas", "qmcpy"), "bench"),
+}
 
 
 def _one_line(error: BaseException) -> str:

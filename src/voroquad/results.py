@@ -1,6 +1,7 @@
-"""What a run leaves in its folder: figures, tables and image grids, listed in ``results.json``.
+"""What a run leaves in its folder: figures, tables and images, listed in ``results.json``.
 
-Studies and comparisons write it, the report reads it; file names are relative to the folder.
+Studies and comparisons write it, the report reads it; file names are relative to the folder. Fields with a default
+may be missing in a file: those added later, so that older folders still open.
 """
 
 from __future__ import annotations
@@ -15,14 +16,42 @@ NAME = "results.json"
 
 
 @dataclass
+class Line:
+    """How a series looks in a plot."""
+
+    color: str  # "#rrggbb"
+    dash: str = "solid"  # solid, dashed or dotted
+    marker: str = "none"  # none, circle, open circle or diamond
+
+
+@dataclass
+class Plot:
+    """Two columns of a figure's CSV, to be drawn log–log with a line per series."""
+
+    x: str
+    y: str
+    x_label: str
+    y_label: str
+    error: str | None = None  # column with the standard error of y
+    slope_from: float | None = None  # fit a slope to each line at x ≥ this, or to its last three points; None: no slope
+
+
+@dataclass
 class Figure:
-    """A picture with the numbers behind it."""
+    """A picture with the numbers behind it, and how a reader may plot those.
+
+    ``series`` is the CSV's column that tells the lines of the plots apart, ``lines`` their looks; a series without
+    one gets a colour of its own.
+    """
 
     png: str
     caption: str
     alt: str
     svg: str | None = None
     csv: str | None = None
+    plots: list[Plot] = field(default_factory=list)
+    series: str = "method"
+    lines: dict[str, Line] = field(default_factory=dict)
 
 
 @dataclass
@@ -44,6 +73,31 @@ class ImageGrid:
 
 
 @dataclass
+class Rendering:
+    """An image, linear, as EXR."""
+
+    method: str
+    spp: int
+    exr: str
+
+
+@dataclass
+class ImageComparison:
+    """Renderings of one scene by several methods at several samples per pixel, beside their reference.
+
+    ``csv`` has a line per rendering with the columns method, spp, mse, flip and seconds. Equal-error ratios refer to
+    the method ``baseline`` first; ``closeups`` are windows (left, top, width, height) in pixels.
+    """
+
+    reference: str
+    renderings: list[Rendering]
+    csv: str
+    baseline: str
+    caption: str
+    closeups: list[list[int]] = field(default_factory=list)
+
+
+@dataclass
 class Section:
     """A titled part of the results."""
 
@@ -52,6 +106,7 @@ class Section:
     figures: list[Figure] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
     grids: list[ImageGrid] = field(default_factory=list)
+    comparisons: list[ImageComparison] = field(default_factory=list)
 
 
 @dataclass
@@ -75,16 +130,27 @@ class Results:
             raise ValueError(f"{os.fspath(folder)!r} holds no {NAME}; run 'voroquad study' or 'compare'")
         try:
             raw: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-            sections = [
-                Section(
-                    title=s["title"],
-                    text=s["text"],
-                    figures=[Figure(**f) for f in s["figures"]],
-                    tables=[Table(**t) for t in s["tables"]],
-                    grids=[ImageGrid(**g) for g in s["grids"]],
-                )
-                for s in raw["sections"]
-            ]
-            return cls(raw["title"], raw["command"], sections)
+            return cls(raw["title"], raw["command"], [_section(section) for section in raw["sections"]])
         except (KeyError, TypeError, AttributeError, ValueError) as error:
             raise ValueError(f"{path} is damaged ({error}); make it again") from None
+
+
+def _section(raw: dict[str, Any]) -> Section:
+    return Section(
+        title=raw["title"],
+        text=raw["text"],
+        figures=[_figure(figure) for figure in raw["figures"]],
+        tables=[Table(**table) for table in raw["tables"]],
+        grids=[ImageGrid(**grid) for grid in raw["grids"]],
+        comparisons=[_comparison(comparison) for comparison in raw.get("comparisons", [])],
+    )
+
+
+def _figure(raw: dict[str, Any]) -> Figure:
+    plots = [Plot(**plot) for plot in raw.get("plots", [])]
+    lines = {name: Line(**line) for name, line in raw.get("lines", {}).items()}
+    return Figure(**raw | {"plots": plots, "lines": lines})
+
+
+def _comparison(raw: dict[str, Any]) -> ImageComparison:
+    return ImageComparison(**raw | {"renderings": [Rendering(**rendering) for rendering in raw["renderings"]]})

@@ -30,15 +30,14 @@ def test_results_name_files_that_exist(small):
     read = Results.read(out)
     assert read == results
     names = [name for s in read.sections for f in s.figures for name in (f.png, f.svg, f.csv)]
-    names += [t.csv for s in read.sections for t in s.tables]
-    names += [png for s in read.sections for g in s.grids for row in g.pngs for png in row]
-    assert len(names) > 40
+    (comparison_,) = (c for s in read.sections for c in s.comparisons)
+    names += [comparison_.reference, comparison_.csv, *(r.exr for r in comparison_.renderings)]
+    assert len(names) == 3 + 2 + 2 * len(comparison.METHODS)
     for name in names:
         assert (out / name).stat().st_size > 0
-    for section in read.sections:
-        for grid in section.grids:
-            assert len(grid.pngs) == len(grid.rows)
-            assert {len(row) for row in grid.pngs} == {len(grid.columns)}
+    for left, top, width, height in comparison_.closeups:
+        assert 0 <= left < left + width <= 40
+        assert 0 <= top < top + height <= 30
 
 
 def test_errors_are_those_of_the_images(small):

@@ -45,7 +45,7 @@ def test_study_from_the_command_line(quick, monkeypatch, tmp_path, capsys):
     assert {r["n"] for r in rows} == {"8", "16", "32"}
     assert all(float(r["mse"]) > 0 and float(r["mse_error"]) >= 0 for r in rows)
     listed = {name for f in figures for name in (f.png, f.svg, f.csv)} | {"slopes-1d.csv", "slopes-2d.csv"}
-    assert listed | {"results.json"} == {p.name for p in out.iterdir()}
+    assert listed | {"results.json", "index.html"} == {p.name for p in out.iterdir()}
 
 
 def test_a_file_in_the_way_is_told_before_the_work(monkeypatch, tmp_path, capsys):

@@ -17,9 +17,9 @@ import numpy as np
 from .._checks import positive_int
 from .._files import atomic_directory
 from .._progress import progress_bar
-from ..results import Figure, ImageGrid, Results, Section, Table
+from ..results import Figure, ImageComparison, Plot, Rendering, Results, Section
 from ..samplers import sample
-from .figures import closeup_windows, difference_png, image_png, mse_figure
+from .figures import Window, closeup_windows, difference_png, image_png, line_style, mse_figure
 from .render import Image, check_seed, load_scene, make_integrator, own_integrator, render_image, rgb, srgb, write_image
 
 Advance = Callable[[str, int], None]
@@ -243,20 +243,40 @@ def _report(folder: Path, reference: Reference, measured: list[Measurement], com
     spp = sorted({m.spp for m in measured})
     _write_errors(folder / "errors.csv", reference, measured)
     mse_figure(folder / "mse", {method.label: _curve(measured, method) for method in METHODS}, reference.mse)
+    _write_differences(folder / "differences", reference, measured, _middle(spp))
+    windows = _write_closeups(folder / "closeups", reference, [m for m in measured if m.spp == _middle(spp)])
     where = "the pixel's area" if jitter else "the pixel's centre"
-    errors = Section(
-        "Errors",
-        f"All methods render the scene's own integrator and sample {where}, at equal samples per pixel. The reference "
-        f"is the mean of {reference.rounds} rounds of unweighted Sobol' sets, {reference.spp} samples per pixel in "
-        f"all; half of it against the other half puts its own MSE at {reference.mse:.2g}.",
-        figures=[
-            Figure("mse.png", "Mean squared error against samples per pixel; weighted sets solid, others dashed.",
-                   "Log-log plot of the mean squared error of each method", "mse.svg", "errors.csv"),
-        ],
-        tables=[Table("errors.csv", "Mean squared error (linear RGB), mean ꟻLIP (sRGB) and time of each image.")],
-    )  # fmt: skip
-    shown = (folder, reference, measured, spp)
-    return Results("Renderings compared", command, [errors, _differences(*shown), _closeups(*shown)])
+    comparison = ImageComparison(
+        "images/reference.exr",
+        [Rendering(m.method.label, m.spp, f"images/{_stem(m)}.exr") for m in measured],
+        "errors.csv",
+        METHODS[0].label,
+        "Two renderings under a divider, and what they miss of the reference. Below, all methods at equal samples per "
+        "pixel in the window marked in the image, which is where uniform samples err most, or in the view once "
+        "zoomed; each with its error on the one scale of the colour bar.",
+        [[w[1].start, w[0].start, w[1].stop - w[1].start, w[0].stop - w[0].start] for w in windows],
+    )
+    mse = "mean squared error"
+    error_figure = Figure(
+        "mse.png",
+        "Mean squared error against samples per pixel and against render time; weighted sets solid, others dashed. "
+        "Beside each line's name, the slope of log MSE by least squares.",
+        "Log-log plot of the mean squared error of each method",
+        "mse.svg",
+        "errors.csv",
+        [Plot("spp", "mse", "samples per pixel", mse, None, 1), Plot("seconds", "mse", "seconds", mse, None, 0)],
+        lines={method.label: line_style(method.label) for method in METHODS},
+    )
+    return Results("Renderings compared", command, [
+        Section(
+            "Images",
+            f"All methods render the scene's own integrator and sample {where}, at equal samples per pixel. The "
+            f"reference is the mean of {reference.rounds} rounds of unweighted Sobol' sets, {reference.spp} samples "
+            f"per pixel in all; half of it against the other half puts its own MSE at {reference.mse:.2g}.",
+            comparisons=[comparison],
+        ),
+        Section("Errors", figures=[error_figure]),
+    ])  # fmt: skip
 
 
 def _stem(m: Measurement) -> str:
@@ -280,42 +300,22 @@ def _write_errors(path: Path, reference: Reference, measured: list[Measurement])
             writer.writerow([m.method.label, m.spp, *numbers])
 
 
-def _differences(folder: Path, reference: Reference, measured: list[Measurement], spp: list[int]) -> Section:
-    """Signed differences of all images, on one scale."""
+def _write_differences(folder: Path, reference: Reference, measured: list[Measurement], middle: int) -> None:
+    """Signed differences of all images, mean of the channels, on one scale: three rms errors of uniform at `middle`."""
     errors = {(m.method.name, m.spp): (m.image - reference.image)[..., :3].mean(-1) for m in measured}
-    scale = 3 * float(np.sqrt(np.mean(errors["uniform", _middle(spp)] ** 2)))
+    scale = 3 * float(np.sqrt(np.mean(errors["uniform", middle] ** 2)))
     for (name, n), error in errors.items():
-        difference_png(error, scale, folder / "differences" / f"{name}-{n}.png")
-    grid = ImageGrid(
-        [method.label for method in METHODS],
-        [f"{n} spp" for n in spp],
-        [[f"differences/{method.name}-{n}.png" for n in spp] for method in METHODS],
-        f"Image minus reference, mean of the channels, on one scale: blue −{scale:.2g}, white 0, red +{scale:.2g} "
-        f"and beyond (three times the rms error of uniform at {_middle(spp)} spp).",
-    )
-    return Section("Differences", grids=[grid])
+        difference_png(error, scale, folder / f"{name}-{n}.png")
 
 
-def _closeups(folder: Path, reference: Reference, measured: list[Measurement], spp: list[int]) -> Section:
-    """Windows where the lens matters most, as each method renders them."""
-    n = _middle(spp)
-    shown = {m.method.name: m.image for m in measured if m.spp == n}
-    windows = closeup_windows((shown["uniform"] - reference.image)[..., :3])
-    rows = [("reference", "reference", reference.image)]
-    rows += [(method.name, method.label, shown[method.name]) for method in METHODS]
-    for name, _, image in rows:
+def _write_closeups(folder: Path, reference: Reference, measured: list[Measurement]) -> list[Window]:
+    """Windows where uniform samples err most, as each method renders them at one spp."""
+    images = {m.method.name: m.image for m in measured}
+    windows = closeup_windows((images["uniform"] - reference.image)[..., :3])
+    for name, image in [("reference", reference.image), *images.items()]:
         for k, window in enumerate(windows):
-            image_png(image[window], folder / "closeups" / f"{name}-{k + 1}.png", magnify=4)
-    columns = ["whole", *(f"close-up {k + 1}" for k in range(len(windows)))]
-    pngs: list[list[str | None]] = [
-        [
-            f"images/{name}.png" if name == "reference" else f"images/{name}-{n}.png",
-            *(f"closeups/{name}-{k + 1}.png" for k in range(len(windows))),
-        ]
-        for name, _, _ in rows
-    ]
-    caption = f"Images at {n} spp, and close-ups (four times) of the windows where uniform samples err most."
-    return Section("Images", grids=[ImageGrid([label for _, label, _ in rows], columns, pngs, caption)])
+            image_png(image[window], folder / f"{name}-{k + 1}.png", magnify=4)
+    return windows
 
 
 def _middle(spp: list[int]) -> int:

@@ -11,6 +11,7 @@ from matplotlib.image import imsave
 from matplotlib.ticker import NullFormatter, NullLocator
 from numpy.typing import NDArray
 
+from ..results import Line
 from ..style import (
     BLUE,
     FAINT,
@@ -66,6 +67,12 @@ _COLORS = {
     "Mitsuba independent": MUTED,
     "Mitsuba multijitter": INK,
 }
+
+
+def line_style(label: str) -> Line:
+    """How a method's line looks: the colour of its sampler, solid if it is weighted."""
+    sampler = label.removesuffix(" + w")
+    return Line(_COLORS[sampler], dash="dashed") if sampler == label else Line(_COLORS[sampler], marker="circle")
 
 
 def mse_figure(

@@ -4,6 +4,9 @@ from __future__ import annotations
 
 import base64
 import csv
+import io
+import json
+import math
 import mimetypes
 import os
 from collections.abc import Sequence
@@ -11,7 +14,11 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from .._files import atomic_path
-from ..results import Figure, Results, Section, Table
+from ..results import Figure, ImageComparison, Results, Section, Table
+from .comparison import Viewer, make_viewer
+from .embed import library
+from .numbers import is_number, ratio, scientific, shortened, signed
+from .plots import Plots, make_plots
 
 try:
     from jinja2 import Environment, PackageLoader, StrictUndefined
@@ -20,17 +27,21 @@ except ImportError as error:
 
 #: An SVG picture above this size is replaced by its PNG twin.
 LARGEST_SVG = 400_000
+PAGE = "index.html"
 
 
-def write_report(folders: Sequence[str | os.PathLike[str]], output: str | os.PathLike[str], title: str = "") -> Path:
+def write_report(
+    folders: Sequence[str | os.PathLike[str]], output: str | os.PathLike[str] | None = None, title: str = ""
+) -> Path:
     """Write one self-contained page that shows the results of one or more folders.
 
     Parameters
     ----------
     folders : sequence of paths
         Folders with a ``results.json``, as ``voroquad study`` and ``compare`` leave them.
-    output : path
-        The HTML file; written whole or not at all.
+    output : path, optional
+        The HTML file; written whole or not at all. By default ``index.html`` in the folder, or, of several folders,
+        in the current one.
     title : str, optional
         The page's title; by default that of the results, if they are of one folder.
 
@@ -54,10 +65,18 @@ def write_report(folders: Sequence[str | os.PathLike[str]], output: str | os.Pat
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    page = environment.get_template("page.html").render(title=title or _title(parts), parts=parts)
+    environment.policies["json.dumps_kwargs"] = {"sort_keys": False}  # Bokeh refers backwards only
+    environment.filters |= {"scientific": scientific, "signed": signed, "shortened": shortened, "ratio": ratio}
+    sections = [section for part in parts for section in part.results.sections]
+    comparisons = any(section.comparisons for section in sections)
+    plots = comparisons or any(figure.plots for section in sections for figure in section.figures)
+    page = environment.get_template("page.html").render(
+        title=title or _title(parts), parts=parts, comparisons=comparisons, library=library() if plots else ""
+    )
+    output = Path(output) if output is not None else Path(folders[0], PAGE) if len(folders) == 1 else Path(PAGE)
     with atomic_path(output) as temporary:
         temporary.write_text(page, encoding="utf-8")
-    return Path(output)
+    return output
 
 
 # ---------------------------------------------------------------------- what the template shows
@@ -71,12 +90,22 @@ class Grid:
     caption: str
     header: list[str]
     rows: list[list[str]]
-    href: str  # the CSV file as data URI
+    source: bytes
 
     @property
     def numeric(self) -> list[bool]:
         """Which columns hold numbers only."""
-        return [all(_is_number(row[k]) for row in self.rows) for k in range(len(self.header))]
+        return [all(is_number(row[k]) for row in self.rows) for k in range(len(self.header))]
+
+    @property
+    def downloads(self) -> dict[str, str]:
+        """File names with their contents as data URIs: the CSV file, and the same as JSON."""
+        records = [dict(zip(self.header, map(_json_value, row), strict=True)) for row in self.rows]
+        text = json.dumps(records, ensure_ascii=False, separators=(",", ":"))
+        return {
+            self.name: _data_uri(self.source, "text/csv"),
+            f"{Path(self.name).stem}.json": _data_uri(text.encode(), "application/json"),
+        }
 
 
 @dataclass(frozen=True)
@@ -96,26 +125,34 @@ class Part:
     def data(self, name: str) -> str:
         """A file of the folder as data URI."""
         kind = mimetypes.guess_type(name)[0] or "application/octet-stream"
-        return f"data:{kind};base64,{base64.b64encode(self._path(name).read_bytes()).decode('ascii')}"
+        return _data_uri(self._path(name).read_bytes(), kind)
 
     def table(self, table: Table) -> Grid:
         """A table of the results."""
         return self._grid(table.csv, table.caption)
 
-    def numbers(self, figure: Figure) -> Grid | None:
-        """The numbers behind a figure, if it has any."""
-        return None if figure.csv is None else self._grid(figure.csv, "The numbers behind the figure.")
+    def numbers(self, source: Figure | ImageComparison) -> Grid | None:
+        """The numbers behind a figure or a comparison, if it has any."""
+        return None if source.csv is None else self._grid(source.csv, "The numbers behind the figure.")
+
+    def plots(self, figure: Figure) -> Plots | None:
+        """The figure's plots, if it has any."""
+        return make_plots(figure, self._path(figure.csv)) if figure.plots and figure.csv else None
+
+    def viewer(self, comparison: ImageComparison, anchor: str) -> Viewer:
+        """A comparison of renderings."""
+        return make_viewer(comparison, self._path, anchor)
 
     def section_anchor(self, section: Section) -> str:
         """The section's id in the page."""
         return f"{self.anchor}-{self.results.sections.index(section) + 1}"
 
     def _grid(self, name: str, caption: str) -> Grid:
-        with self._path(name).open(encoding="utf-8", newline="") as file:
-            header, *rows = list(csv.reader(file)) or [[]]
+        source = self._path(name).read_bytes()
+        header, *rows = list(csv.reader(io.StringIO(source.decode("utf-8"), newline=""))) or [[]]
         if any(len(row) != len(header) for row in rows):
             raise ValueError(f"{self._path(name)} has rows longer or shorter than its first line; make it again")
-        return Grid(name, caption, header, [[_shortened(cell) for cell in row] for row in rows], self.data(name))
+        return Grid(name, caption, header, rows, source)
 
     def _path(self, name: str) -> Path:
         path = self.folder / name
@@ -132,14 +169,12 @@ def _part(folder: Path, number: int) -> Part:
     return Part(folder, Results.read(folder), f"part{number}")
 
 
-def _shortened(cell: str) -> str:
-    """A number of many digits to five of them, to be read; the CSV file has them all."""
-    return f"{float(cell):.5g}" if len(cell) > 9 and _is_number(cell) else cell
+def _data_uri(content: bytes, kind: str) -> str:
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
+def _json_value(text: str) -> float | str:
+    """A number if it is one that JSON has."""
+    if not is_number(text) or not math.isfinite(float(text)):
+        return text
+    return int(text) if text.lstrip("-").isdigit() else float(text)

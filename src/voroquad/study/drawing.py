@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import csv
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 from matplotlib.figure import Figure
@@ -24,6 +24,8 @@ class Drawing:
     rows: Rows
     caption: str
     alt: str
+    plots: Sequence[results.Plot] = ()
+    lines: Mapping[str, results.Line] = field(default_factory=dict)
 
     def save(self, folder: Path, stem: str) -> results.Figure:
         """Write ``stem.png``, ``.svg`` and ``.csv`` into `folder`."""
@@ -32,7 +34,15 @@ class Drawing:
             self.figure.set_layout_engine("none")  # the SVG keeps the layout found for the PNG
             self.figure.savefig(folder / f"{stem}.svg", metadata={"Date": None})
         write_rows(folder / f"{stem}.csv", self.rows)
-        return results.Figure(f"{stem}.png", self.caption, self.alt, svg=f"{stem}.svg", csv=f"{stem}.csv")
+        return results.Figure(
+            f"{stem}.png",
+            self.caption,
+            self.alt,
+            svg=f"{stem}.svg",
+            csv=f"{stem}.csv",
+            plots=list(self.plots),
+            lines=dict(self.lines),
+        )
 
 
 def write_rows(path: Path, rows: Rows) -> None:

@@ -11,6 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter, NullLocator
 
+from ..results import Line, Plot
 from ..style import BLUE, GREEN, INK, PURPLE, VERMILION, LineLabel, house_style, label_line_ends, new_figure
 from .convergence import Measurement, Method, Slope, fit_slope
 from .drawing import Drawing
@@ -22,6 +23,12 @@ _LINES: dict[str | None, dict[str, Any]] = {  # by weights: plain, Voronoi, its 
     "none": {"linestyle": "-", "marker": "o", "markersize": 6.5, "markerfacecolor": "white"},
     "bias-function": {"linestyle": ":", "marker": "D", "markersize": 4},
     "exchange": {"linestyle": "-", "marker": "o", "markersize": 3.5},
+}
+_LOOKS = {  # the same for plots in the report: dash and marker
+    None: ("dashed", "none"),
+    "none": ("solid", "open circle"),
+    "bias-function": ("dotted", "diamond"),
+    "exchange": ("solid", "circle"),
 }
 _NAMES = {
     None: "equal weights",
@@ -67,6 +74,11 @@ def draw_convergence(f: Integrand, measurements: Sequence[Measurement]) -> Drawi
         f"squares on log MSE against log N from N = {first.n_from} to {first.n_to}. " + _talk_names(methods),
         f"Log–log plot of mean squared error against the number of samples for {len(methods)} methods on the "
         f"{f.title.lower()} integrand; at N = {sizes[-1]} the lowest is {best.name}.",
+        plots=[
+            Plot("n", "mse", "samples N", "mean squared error", error="mse_error", slope_from=first.n_from),
+            Plot("n", "bias", "samples N", "|mean error|", error="bias_error"),
+        ],
+        lines={m.name: Line(_COLORS[m.design], *_LOOKS[m.debias]) for m in methods},
     )
 
 

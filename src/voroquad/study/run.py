@@ -104,7 +104,8 @@ def _convergence_section(folder: Path, measurements: list[Measurement], advance:
     return Section(
         f"Mean squared error against N, d = {d}",
         text="Every line is one way to integrate: a sampling design and its weights. All integrands, and all weights "
-        "of one design, share their sample sets. The CSV files hold standard errors, and the bias with its own.",
+        "of one design, share their sample sets. Bars and CSV files have standard errors; a mean error of one or two "
+        "of its own is no sign of bias.",
         figures=figures,
         tables=[Table(slopes, "Slopes of log MSE against log N, with standard errors, and the MSE at the largest N.")],
     )

@@ -1,0 +1,40 @@
+"""Numbers as people read them."""
+
+from __future__ import annotations
+
+import math
+
+from ..equal_error import Samples
+
+
+def is_number(text: str) -> bool:
+    """Does the text stand for a number?"""
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def shortened(cell: str) -> str:
+    """A number of many digits to five of them; the CSV file has them all."""
+    return f"{float(cell):.5g}" if len(cell) > 9 and is_number(cell) else cell
+
+
+def scientific(value: float) -> str:
+    """Three digits and a power of ten, as 1.23·10⁻⁵."""
+    mantissa, exponent = f"{value:.2e}".split("e")
+    return f"{mantissa}·10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
+def signed(value: float | None) -> str:
+    """A number to two decimals with a proper minus sign."""
+    return "–" if value is None else f"{value:.2f}".replace("-", "−")
+
+
+def ratio(samples: Samples) -> str:
+    """A factor to two or three digits; "≈" marks one that was extrapolated."""
+    if math.isnan(samples.n):
+        return "–"
+    text = f"{samples.n:.2f}" if samples.n < 10 else f"{samples.n:.1f}" if samples.n < 100 else f"{samples.n:.0f}"
+    return "≈ " * samples.extrapolated + text

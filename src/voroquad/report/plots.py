@@ -1,0 +1,190 @@
+"""Log–log plots to touch, from a figure's numbers."""
+
+from __future__ import annotations
+
+import csv
+import math
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..results import Figure, Line, Plot
+from .embed import embedded
+
+try:
+    from bokeh.models import (
+        BoxZoomTool,
+        ColumnDataSource,
+        FixedTicker,
+        GlyphRenderer,
+        HoverTool,
+        PanTool,
+        Range1d,
+        ResetTool,
+        SaveTool,
+        TeeHead,
+        WheelZoomTool,
+        Whisker,
+    )
+    from bokeh.palettes import Colorblind8
+    from bokeh.plotting import figure
+except ImportError as error:
+    raise ImportError("reports need Bokeh: pip install 'voroquad[study]'") from error
+
+#: Up to so many different abscissae, each has its tick
+MOST_TICKS = 10
+HEIGHT = 380
+
+_DASHES: dict[str, str | list[int]] = {"solid": "solid", "dashed": [7, 4], "dotted": [2, 3]}
+_MARKERS = {"none": ("circle", 0), "circle": ("circle", 7), "open circle": ("circle", 9), "diamond": ("diamond", 10)}
+
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """y ∝ x^slope, with its values where it was fitted."""
+
+    slope: float
+    x: Array
+    y: Array
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The points of a line, by x; coordinates are positive."""
+
+    x: Array
+    y: Array
+    error: Array  # standard errors of y, or zeros
+    fit: PowerLaw | None
+
+
+def fit_power_law(x: Array, y: Array, start: float) -> PowerLaw | None:
+    """The least-squares line through log x and log y over x ≥ start, or over the last three points if fewer are.
+
+    None for less than two different x.
+    """
+    fitted = x >= start if (x >= start).sum() >= 3 else np.arange(len(x)) >= len(x) - 3
+    if not fitted.any() or np.ptp(x[fitted]) == 0:
+        return None
+    slope, intercept = np.polyfit(np.log(x[fitted]), np.log(y[fitted]), 1)
+    return PowerLaw(float(slope), x[fitted], np.exp(intercept) * x[fitted] ** slope)
+
+
+@dataclass(frozen=True)
+class Series:
+    """A line's entry in the legend."""
+
+    name: str
+    line: Line
+    slopes: list[float | None]  # of each plot that has slopes
+
+
+@dataclass(frozen=True)
+class Plots:
+    """The plots of one figure and the legend that they share."""
+
+    series: list[Series]
+    fitted: list[Plot]  # those with slopes
+    models: list[figure]
+
+    def data(self, prefix: str) -> dict[str, Any]:
+        """What the script needs to show them in the elements PREFIX1, PREFIX2, …"""
+        return embedded({f"{prefix}{k}": model for k, model in enumerate(self.models, 1)})
+
+
+def make_plots(spec: Figure, path: Path) -> Plots:
+    """The plots of a figure from its numbers; ValueError if those lack a column or hold other things."""
+    try:
+        with path.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        names = list(dict.fromkeys(row[spec.series] for row in rows))
+        curves = [{name: _curve(rows, plot, spec.series, name) for name in names} for plot in spec.plots]
+    except (KeyError, TypeError, ValueError) as error:
+        raise ValueError(f"{path} does not hold what the figure plots ({error}); make it again") from None
+    lines = [spec.lines.get(name) or Line(Colorblind8[k % 8], marker="circle") for k, name in enumerate(names)]
+    fitted = [k for k, plot in enumerate(spec.plots) if plot.slope_from is not None]
+    series = [
+        Series(name, line, [fit.slope if (fit := curves[k][name].fit) else None for k in fitted])
+        for name, line in zip(names, lines, strict=True)
+    ]
+    models = [_log_log(plot, own, lines) for plot, own in zip(spec.plots, curves, strict=True)]
+    return Plots(series, [spec.plots[k] for k in fitted], models)
+
+
+def _curve(rows: list[dict[str, str]], plot: Plot, series: str, name: str) -> Curve:
+    """What the rows of a series say, without what a logarithm cannot show; y by its absolute value."""
+    points = [
+        (float(row[plot.x]), abs(float(row[plot.y])), float(row[plot.error]) if plot.error else 0.0)
+        for row in rows
+        if row[series] == name
+    ]
+    shown = sorted((x, y, e) for x, y, e in points if 0 < x < math.inf and 0 < y < math.inf)
+    x, y, error = np.array(shown).reshape(-1, 3).T
+    return Curve(x, y, error, None if plot.slope_from is None else fit_power_law(x, y, plot.slope_from))
+
+
+def _log_log(plot: Plot, curves: dict[str, Curve], lines: list[Line]) -> figure:
+    """A plot whose renderers are named "line-K" and "fit-K" for the page's script, K the series' number."""
+    x = np.concatenate([curve.x for curve in curves.values()])
+    y = np.concatenate([curve.y for curve in curves.values()])
+    wheel = WheelZoomTool(modifiers={"ctrl": True})
+    drawn = figure(
+        title=plot.y_label, x_axis_label=plot.x_label, x_axis_type="log", y_axis_type="log",
+        x_range=_range(x, 1.12), y_range=_range(y, 1.5), height=HEIGHT, sizing_mode="stretch_width",
+        tools=[PanTool(), BoxZoomTool(), wheel, ResetTool(), SaveTool()], active_scroll=wheel, active_drag=None,
+        background_fill_color=None, border_fill_color=None, outline_line_color=None, toolbar_location="above",
+    )  # fmt: skip
+    drawn.toolbar.logo = None
+    drawn.toolbar.autohide = True
+    if len(ticks := np.unique(x)) <= MOST_TICKS:
+        drawn.xaxis.ticker = FixedTicker(ticks=ticks.tolist())
+        drawn.xaxis.major_label_overrides = {tick: f"{tick:g}" for tick in ticks}
+    dots = [
+        _draw(drawn, k, name, curve, line)
+        for k, ((name, curve), line) in enumerate(zip(curves.items(), lines, strict=True))
+    ]
+    tooltips = [("", "@name"), (plot.x_label, "@x_text"), (plot.y_label, "@y_text")]
+    drawn.add_tools(HoverTool(renderers=dots, tooltips=tooltips))
+    return drawn
+
+
+def _draw(drawn: figure, number: int, name: str, curve: Curve, line: Line) -> GlyphRenderer:
+    """Draw a line, its error bars, its points and, hidden, its fit; return the points."""
+    tag = f"line-{number}"
+    source = ColumnDataSource({
+        "x": curve.x,
+        "y": curve.y,
+        "low": np.where(curve.error < curve.y, curve.y - curve.error, curve.y),  # a logarithm shows no bar to zero
+        "high": curve.y + curve.error,
+        "name": [name] * len(curve.x),
+        "x_text": [f"{x:.4g}" for x in curve.x],
+        "y_text": [f"{y:.3g}" + (f" ± {e:.1g}" if e > 0 else "") for y, e in zip(curve.y, curve.error, strict=True)],
+    })  # fmt: skip
+    marker, size = _MARKERS[line.marker]
+    drawn.line("x", "y", source=source, name=tag, color=line.color, line_width=2, line_dash=_DASHES[line.dash])
+    if curve.error.any():
+        whisker = Whisker(
+            name=tag, source=source, base="x", lower="low", upper="high", line_color=line.color, line_alpha=0.6,
+            lower_head=TeeHead(size=6, line_color=line.color), upper_head=TeeHead(size=6, line_color=line.color),
+        )  # fmt: skip
+        drawn.add_layout(whisker)
+    if curve.fit is not None:
+        ends = ([curve.fit.x[0], curve.fit.x[-1]], [curve.fit.y[0], curve.fit.y[-1]])
+        drawn.line(*ends, name=f"fit-{number}", color=line.color, line_width=7, line_alpha=0.3, visible=False)
+    fill = {"fill_color": None} if line.marker == "open circle" else {"fill_color": line.color}
+    return drawn.scatter(
+        "x", "y", source=source, name=tag, marker=marker, size=size or 8, line_color=line.color, line_width=1.5,
+        **fill, alpha=1.0 if size else 0.0, tags=[] if size else ["invisible"],
+    )  # fmt: skip
+
+
+def _range(values: NDArray[np.float64], margin: float) -> Range1d:
+    """A logarithmic axis around the values."""
+    low, high = (values.min(), values.max()) if len(values) else (1, 10)
+    return Range1d(start=low / margin, end=high * margin)
