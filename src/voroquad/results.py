@@ -26,7 +26,7 @@ class Line:
 
 @dataclass
 class Plot:
-    """Two columns of a figure's CSV, to be drawn log–log with a line per series."""
+    """Two columns of a figure's CSV, to be drawn log–log with a line per series; y by its absolute value."""
 
     x: str
     y: str
@@ -34,6 +34,7 @@ class Plot:
     y_label: str
     error: str | None = None  # column with the standard error of y
     slope_from: float | None = None  # fit a slope to each line at x ≥ this, or to its last three points; None: no slope
+    where: dict[str, str] = field(default_factory=dict)  # only rows with these values in these columns
 
 
 @dataclass

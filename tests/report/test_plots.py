@@ -47,6 +47,12 @@ def test_signs_are_dropped_and_zeros_left_out(tmp_path):
     assert plots.series[1].line.color != plots.series[0].line.color
 
 
+def test_rows_can_be_chosen(tmp_path):
+    rows = [["a", 8, 1, 0, 1], ["a", 16, 0.5, 0, 2], ["b", 8, 3, 0, 1]]
+    plots = make(tmp_path / "f.csv", rows, y="mse", where={"bias": "1"})
+    assert [list(drawn(plots, f"line-{k}")["y"]) for k in range(2)] == [[1], [3]]
+
+
 def test_slopes_are_those_of_the_study(tmp_path):
     """The same fit to the same numbers, over n ≥ 64 or the last three sizes."""
     rng = np.random.default_rng(2)

@@ -40,7 +40,7 @@ def test_from_the_command_line(monkeypatch, tmp_path, capsys):
     assert all((out / f.png).read_bytes().startswith(b"\x89PNG") and f.alt and f.caption for f in figures)
     listed = {name for f in figures for name in (f.png, f.svg, f.csv)}
     tables = {"genz-ratios.csv", "genz-times.csv", "genz-mse.csv"}
-    assert listed | tables | {"results.json"} == {p.name for p in out.iterdir()}
+    assert listed | tables | {"results.json", "index.html"} == {p.name for p in out.iterdir()}
 
     ratios = read(out / "genz-ratios.csv")
     assert len(ratios) == len(printed["ratios"]) == 2 * 2 * (len(FAMILIES) + 1)

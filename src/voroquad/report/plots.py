@@ -122,7 +122,7 @@ def _curve(rows: list[dict[str, str]], plot: Plot, series: str, name: str) -> Cu
     points = [
         (float(row[plot.x]), abs(float(row[plot.y])), float(row[plot.error]) if plot.error else 0.0)
         for row in rows
-        if row[series] == name
+        if row[series] == name and all(row[column] == value for column, value in plot.where.items())
     ]
     shown = sorted((x, y, e) for x, y, e in points if 0 < x < math.inf and 0 < y < math.inf)
     x, y, error = np.array(shown).reshape(-1, 3).T

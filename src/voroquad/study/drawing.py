@@ -25,6 +25,7 @@ class Drawing:
     caption: str
     alt: str
     plots: Sequence[results.Plot] = ()
+    series: str = "method"
     lines: Mapping[str, results.Line] = field(default_factory=dict)
 
     def save(self, folder: Path, stem: str) -> results.Figure:
@@ -41,6 +42,7 @@ class Drawing:
             svg=f"{stem}.svg",
             csv=f"{stem}.csv",
             plots=list(self.plots),
+            series=self.series,
             lines=dict(self.lines),
         )
 

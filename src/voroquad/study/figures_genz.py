@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter, NullLocator
 
+from ..results import Line, Plot
 from ..style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION, LineLabel, house_style, label_line_ends, new_figure
 from .drawing import Drawing
 from .genz import FAMILIES
@@ -43,6 +44,9 @@ def draw_ratios(d: int, rows: Sequence[Row], instances: int) -> Drawing:
         "line vq.quad is better.",
         f"Two log plots of the mean squared error of {len(peers)} rules relative to vq.quad in {d} dimensions: by "
         f"family of integrands at {sizes[-1]} evaluations, and over all families against the number of evaluations.",
+        plots=[Plot("n", "mse_ratio", "evaluations", "MSE of the peer / MSE of vq.quad", where={"family": "all"})],
+        series="peer",
+        lines={peer: Line(style["color"], marker="circle") for peer, style in styles.items()},
     )
 
 
