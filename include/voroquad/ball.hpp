@@ -64,17 +64,8 @@ inline double triangle_in_disc(const Point<2> &p, const Point<2> &q, double radi
 // the face, with signs. Where a triangle is in the ball, its cone is a tetrahedron. Elsewhere
 // the cone ends at the ball, but for the cap beyond the face's plane: a third of R³ times the
 // solid angle, less a sector of the cap.
-inline double cone_in_ball(const std::vector<Point<3>> &corners, double radius) {
-    Point<3> normal{};
-    for (std::size_t i = 2; i < corners.size(); ++i) {
-        const Point<3> n =
-            cross(difference<3>(corners[i - 1], corners[0]), difference<3>(corners[i], corners[0]));
-        for (int a = 0; a < 3; ++a) normal[a] += n[a];
-    }
-    const double length = std::sqrt(dot<3>(normal, normal));
-    if (!(length > 0.0)) return 0.0; // no face
-    double height = 0.0;
-    for (int a = 0; a < 3; ++a) height += (normal[a] /= length) * corners[0][a];
+inline double cone_in_ball(const std::vector<Point<3>> &corners, Point<3> normal, double radius) {
+    double height = dot<3>(normal, corners[0]);
     if (height < 0.0) { // towards the face, which turns its edges round
         height = -height;
         for (double &n : normal) n = -n;
@@ -119,10 +110,10 @@ double measure_in_ball(const Polygon &cell, const Point<2> &centre, double radiu
 inline double measure_in_ball(const ConvexPolyhedron &cell, const Point<3> &centre, double radius) {
     double volume = 0.0;
     std::vector<Point<3>> around;
-    cell.for_each_face([&](const std::vector<Point<3>> &corners) {
+    cell.for_each_face([&](const std::vector<Point<3>> &corners, const Point<3> &normal) {
         around.clear();
         for (const auto &corner : corners) around.push_back(difference<3>(corner, centre));
-        volume += cone_in_ball(around, radius);
+        volume += cone_in_ball(around, normal, radius);
     });
     return std::max(0.0, volume);
 }

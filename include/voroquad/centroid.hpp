@@ -50,7 +50,7 @@ Point<2> centroid(const Polygon &cell) {
 
 inline Point<3> centroid(const ConvexPolyhedron &cell) {
     Centroid<3> centroid;
-    cell.for_each_face([&](const std::vector<Point<3>> &corners) {
+    cell.for_each_face([&](const std::vector<Point<3>> &corners, const Point<3> &) {
         const Point<3> &p = corners[0];
         for (std::size_t i = 2; i < corners.size(); ++i) {
             const Point<3> &q = corners[i - 1], &r = corners[i];

@@ -45,7 +45,7 @@ Polyhedra cell_polyhedra(const PointView<3> &points, Domain domain, Pause &&paus
     const auto keep = [&](std::size_t s, const ConvexPolyhedron &cell, unsigned) {
         const Point<3> site = work.tree.site(s);
         for (const std::size_t i : work.tree.points_at(s)) site_of[i] = s;
-        cell.for_each_face([&](const std::vector<Point<3>> &corners) {
+        cell.for_each_face([&](const std::vector<Point<3>> &corners, const Point<3> &) {
             face.clear();
             for (Point<3> corner : corners) {
                 for (int a = 0; a < 3; ++a) {

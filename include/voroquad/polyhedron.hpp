@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <vector>
@@ -26,10 +27,10 @@ public:
         std::fill_n(r2_.data(), padded(size_), 0.0);
         size_ = 8;
         free_.clear();
-        feet_.assign(6, {});
+        images_.assign(6, {});
         for (std::size_t a = 0; a < 3; ++a) {
-            feet_[2 * a][a] = box.lo[a];
-            feet_[2 * a + 1][a] = box.hi[a];
+            images_[2 * a][a] = 2.0 * box.lo[a];
+            images_[2 * a + 1][a] = 2.0 * box.hi[a];
         }
         for (std::uint32_t v = 0; v < 8; ++v) {
             for (std::uint32_t a = 0; a < 3; ++a) {
@@ -67,7 +68,7 @@ public:
                 crossings += stays(twin_[edge] >> 2);
             }
         reserve(size_ + crossings);
-        feet_.push_back({0.5 * q[0], 0.5 * q[1], 0.5 * q[2]});
+        images_.push_back(q);
         for (std::size_t i = 0; i < crossings; ++i)
             if (const std::uint32_t edge = crossings_[i]; twin_[twin_[edge]] == edge)
                 close_hole(edge);
@@ -83,21 +84,22 @@ public:
     }
 
     // Each face is split into triangles between its edges and the foot of the perpendicular
-    // from the site, a sixth of whose determinants are signed volumes of tetrahedra. An edge
-    // from u to v has a face on either side: together (foot - other foot)·(u × v).
+    // from the site, halfway to its mirror image; a sixth of their determinants are signed volumes
+    // of tetrahedra. An edge from u to v has a face on either side: together (foot - other
+    // foot)·(u × v), and each edge is met from both ends.
     double measure() const {
-        double twelvefold = 0.0;
+        double sum = 0.0;
         for (std::uint32_t u = 0; u < size_; ++u)
             for (std::uint32_t edge = 4 * u; edge < 4 * u + 3; ++edge) {
                 const std::uint32_t v = twin_[edge] >> 2;
-                const Point<3> &left = feet_[face_[edge]], &right = feet_[face_[twin_[edge]]];
+                const Point<3> &left = images_[face_[edge]], &right = images_[face_[twin_[edge]]];
                 const double x = xyz_[1][u] * xyz_[2][v] - xyz_[2][u] * xyz_[1][v];
                 const double y = xyz_[2][u] * xyz_[0][v] - xyz_[0][u] * xyz_[2][v];
                 const double z = xyz_[0][u] * xyz_[1][v] - xyz_[1][u] * xyz_[0][v];
-                twelvefold +=
+                sum +=
                     (left[0] - right[0]) * x + (left[1] - right[1]) * y + (left[2] - right[2]) * z;
             }
-        return std::max(0.0, twelvefold / 12.0);
+        return std::max(0.0, sum / 24.0);
     }
 
     // The squared distance from the site to its farthest vertex.
@@ -118,8 +120,9 @@ public:
         return false;
     }
 
-    // Calls visit(corners) for each face, a std::vector of points counter-clockwise from outside.
-    // Where more than three faces meet, corners coincide.
+    // Calls visit(corners, normal) for each face: a std::vector of points, counter-clockwise from
+    // outside, and a unit vector outwards, which the corners of a thin face do not tell. Where more
+    // than three faces meet, corners coincide.
     template <class Visit>
     void for_each_face(Visit &&visit) const {
         std::vector<char> walked(4 * size_, 0);
@@ -133,7 +136,7 @@ public:
                 const std::uint32_t v = edge >> 2;
                 corners.push_back({xyz_[0][v], xyz_[1][v], xyz_[2][v]});
             }
-            visit(static_cast<const std::vector<Point<3>> &>(corners));
+            visit(static_cast<const std::vector<Point<3>> &>(corners), normal(face_[first]));
         }
     }
 
@@ -142,6 +145,16 @@ private:
     // clockwise from outside.
     static std::uint32_t turn(std::uint32_t edge) { return (edge & 3) == 2 ? edge - 2 : edge + 1; }
     bool stays(std::uint32_t v) const { return inside_[v] >= 0.0; }
+
+    // Away from the site, which may lie on a side of the domain
+    Point<3> normal(std::uint32_t face) const {
+        Point<3> direction{};
+        if (face < 6) direction[face / 2] = face % 2 ? 1.0 : -1.0;
+        else direction = HalfSpace<3>::nearer_than(images_[face]).normal;
+        const double length = std::sqrt(dot<3>(direction, direction));
+        for (double &c : direction) c /= length;
+        return direction;
+    }
 
     // How far inside the plane each vertex lies
     void evaluate(const HalfSpace<3> &half_space) {
@@ -187,7 +200,7 @@ private:
         twin_[back] = 4 * v;
         face_[4 * v] = face_[edge];
         face_[4 * v + 1] = face_[back];
-        face_[4 * v + 2] = static_cast<std::uint32_t>(feet_.size() - 1);
+        face_[4 * v + 2] = static_cast<std::uint32_t>(images_.size() - 1);
         return v;
     }
 
@@ -217,7 +230,7 @@ private:
     std::vector<double> inside_, r2_;
     std::vector<std::uint32_t> twin_; // of each half-edge the opposite one
     std::vector<std::uint32_t> face_; // and the face on its left
-    std::vector<Point<3>> feet_;      // of each face the point nearest to the site on its plane
+    std::vector<Point<3>> images_;    // of the site in each face
     std::vector<std::uint32_t> free_, removed_, crossings_;
     double squared_radius_ = 0.0;
 };

@@ -1,7 +1,9 @@
 // What must hold for any finite points of the box: measures are finite, non-negative and sum
-// to 1, in one, two and three dimensions, on the box and on the torus. The bytes of an input
-// are the dimension and the domain, then coordinates. Build with -fsanitize=fuzzer (libFuzzer),
-// or without: then main() runs the files named on the command line, or random inputs.
+// to 1, in one, two and three dimensions, on the box and on the torus; so do those in the ball,
+// and centroids lie in the box. The bytes of an input are the dimension, the domain and what to
+// check, then coordinates. Build with -fsanitize=fuzzer and VOROQUAD_LIBFUZZER defined for
+// libFuzzer, or without: then main() runs the files named on the command line, or random inputs.
+// corpus/ is what libFuzzer kept (docs/cells.md).
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -9,29 +11,66 @@
 #include <cstring>
 #include <fstream>
 #include <iterator>
+#include <numbers>
 #include <random>
 #include <vector>
 
+#include <voroquad/ball.hpp>
 #include <voroquad/cells.hpp>
+#include <voroquad/centroid.hpp>
+#include <voroquad/faces.hpp>
 
 namespace {
 
+void require(bool holds, const char *what, int d, std::size_t n, double value) {
+    if (holds) return;
+    std::fprintf(stderr, "d = %d, n = %zu: %s: %g\n", d, n, what, value);
+    std::abort();
+}
+
 template <int D>
-void check(const std::vector<double> &points, voroquad::Domain domain) {
-    const std::size_t n = points.size() / D;
-    if (n == 0) return;
-    std::vector<double> measures(n);
-    voroquad::CellWorkspace<D> work;
-    voroquad::cell_measures<D>({points.data(), n}, domain, measures.data(), work);
+void check_shares(const std::vector<double> &measures, double whole) {
     double sum = 0.0;
     for (const double m : measures) {
-        if (!(m >= 0.0) || !std::isfinite(m)) std::abort();
+        require(m >= 0.0 && std::isfinite(m), "a measure", D, measures.size(), m);
         sum += m;
     }
-    if (!(std::abs(sum - 1.0) <= 1e-12)) {
-        std::fprintf(stderr, "d = %d, n = %zu: sum - 1 = %g\n", D, n, sum - 1.0);
-        std::abort();
-    }
+    require(std::abs(sum - whole) <= 1e-12, "sum - whole", D, measures.size(), sum - whole);
+}
+
+template <int D>
+void check_measures(const voroquad::PointView<D> &points, voroquad::Domain domain) {
+    std::vector<double> measures(points.size());
+    voroquad::CellWorkspace<D> work;
+    voroquad::cell_measures<D>(points, domain, measures.data(), work);
+    check_shares<D>(measures, 1.0);
+}
+
+template <int D>
+void check_shapes(const voroquad::PointView<D> &points, voroquad::Domain domain) {
+    const std::size_t n = points.size();
+    std::vector<double> measures(n);
+    voroquad::cell_measures_in_ball<D>(points, measures.data());
+    check_shares<D>(measures, D == 2 ? std::numbers::pi / 4 : std::numbers::pi / 6);
+
+    std::vector<voroquad::Point<D>> centroids(n);
+    voroquad::cell_centroids<D>(points, domain, centroids.data());
+    for (const auto &centroid : centroids)
+        for (const double c : centroid) require(std::abs(c - 0.5) <= 1.0, "a centroid", D, n, c);
+
+    std::size_t cells;
+    if constexpr (D == 2) cells = voroquad::cell_polygons(points, domain).offsets.size();
+    else cells = voroquad::cell_polyhedra(points, domain).faces.size();
+    require(cells == n + 1, "cells with a shape", D, n, static_cast<double>(cells));
+}
+
+template <int D>
+void check(const std::vector<double> &coordinates, voroquad::Domain domain, bool shapes) {
+    const voroquad::PointView<D> points(coordinates.data(), coordinates.size() / D);
+    if (points.size() == 0) return;
+    if constexpr (D > 1)
+        if (shapes) return check_shapes<D>(points, domain);
+    check_measures<D>(points, domain);
 }
 
 // Eight bytes make a coordinate. Most are rounded to few bits, so that ties are common.
@@ -57,10 +96,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     for (std::size_t i = 1; i + 8 <= size && points.size() < 600; i += 8)
         points.push_back(coordinate(data + i));
     const auto domain = data[0] & 4 ? voroquad::Domain::torus : voroquad::Domain::box;
+    const bool shapes = data[0] & 8;
     switch (data[0] & 3) {
-    case 0: check<1>(points, domain); break;
-    case 1: check<2>(points, domain); break;
-    default: check<3>(points, domain); break;
+    case 0: check<1>(points, domain, shapes); break;
+    case 1: check<2>(points, domain, shapes); break;
+    default: check<3>(points, domain, shapes); break;
     }
     return 0;
 }
