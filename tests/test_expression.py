@@ -24,6 +24,7 @@ X = np.random.default_rng(1).random((3, 7))
         ("2", np.full(7, 2.0)),
         ("1 < 2", np.ones(7)),
         ("x ** y", X[0] ** X[1]),
+        ("0.2 < x <= y < 0.8", (X[0] > 0.2) & (X[0] <= X[1]) & (X[1] < 0.8)),
     ],
 )
 def test_values(text, expected):
@@ -39,6 +40,7 @@ def test_values(text, expected):
         ("open('f')", "no function 'open'"),
         ("[x for x in y]", "not allowed"),
         ("lambda: x", "not allowed"),
+        ("x < y and y < 1", r"write \(x < y\) \* \(y < 1\) for 'and'"),
         ("x if y else z", "not allowed"),
         ("(y := x)", "not allowed"),
         ("'text'", "not allowed"),

@@ -161,6 +161,14 @@ def demo(output: Output = Path("out"), seed: Seed = 0) -> None:
 
 
 @app.command()
+def explore() -> None:
+    """Play with samples, cells and weights in a browser: prints the address of a page on this machine."""
+    from .explore.server import serve
+
+    serve()
+
+
+@app.command()
 def table(
     design: Annotated[str, typer.Argument(help="Sampler of the sets: uniform, stratified, sobol, ...")],
     n: Annotated[int, typer.Option("-n", help="Samples of a set.")],

@@ -151,9 +151,12 @@ def _translate(node: ast.AST, variables: dict[str, int], depth: int) -> Values:
                 _check_power(right)
             binary, first, second = BINARY[type(op)], sub(left), sub(right)
             return lambda x: binary(first(x), second(x))
-        case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in COMPARISONS:
-            compare, first, second = COMPARISONS[type(op)], sub(left), sub(right)
-            return lambda x: compare(first(x), second(x)).astype(np.float64)
+        case ast.Compare(left=left, ops=operators, comparators=rest) if all(
+            type(op) in COMPARISONS for op in operators
+        ):
+            compared = [COMPARISONS[type(op)] for op in operators]
+            operands = [sub(child) for child in (left, *rest)]
+            return lambda x: _all_hold(compared, [operand(x) for operand in operands])
         case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
             function, inner = FUNCTIONS[name], sub(argument)
             return lambda x: function(inner(x))
@@ -170,9 +173,17 @@ def _translate(node: ast.AST, variables: dict[str, int], depth: int) -> Values:
         case ast.Call(func=ast.Name(id=name)):
             known = ", ".join([*FUNCTIONS, *MANY])
             raise ValueError(f"expression: no function {_short(name)!r} of that many arguments; there are {known}")
+    if isinstance(node, ast.BoolOp):
+        raise ValueError("expression: write (x < y) * (y < 1) for 'and', max(x < y, y < 1) for 'or'")
     raise ValueError(
         f"expression: {type(node).__name__} is not allowed; use numbers, variables, + - * / % ** < > and functions"
     )
+
+
+def _all_hold(compared: list[Callable[[Any, Any], Any]], values: list[Any]) -> Array:
+    """1 where every value compares so with the next, 0 elsewhere: a < b < c."""
+    held = [compare(a, b) for compare, a, b in zip(compared, values, values[1:], strict=False)]
+    return np.logical_and.reduce(np.broadcast_arrays(*held)).astype(np.float64)
 
 
 def _check_power(node: ast.AST) -> None:

@@ -125,7 +125,7 @@ def measure(
             errors = _errors(of_design, integrands, n, count, rng)
             for method, row in zip(of_design, errors, strict=True):
                 for f, e in zip(integrands, row, strict=True):
-                    measurements.append(_measurement(f, method, n, e))
+                    measurements.append(measurement(f, method, n, e))
             advance(f"{d}-D, {design}, N = {n}", 1)
     return measurements
 
@@ -169,7 +169,8 @@ def _batches(count: int, largest: int) -> Iterator[int]:
         count -= largest
 
 
-def _measurement(f: Integrand, method: Method, n: int, errors: NDArray[np.float64]) -> Measurement:
+def measurement(f: Integrand, method: Method, n: int, errors: NDArray[np.float64]) -> Measurement:
+    """Mean squared error and bias from the errors (replicates,) of one method."""
     squares, root = errors**2, math.sqrt(len(errors))
     return Measurement(
         f.name,

@@ -1,0 +1,97 @@
+"""What is integrated: the study's integrands, or a formula that somebody types."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.integrate import cubature
+
+from ..expression import compile_expression
+from ..samplers import sample
+from ..study.functions import INTEGRANDS_1D, INTEGRANDS_2D, Integrand
+
+Array = NDArray[np.float64]
+
+PRESETS: dict[int, tuple[Integrand, ...]] = {1: INTEGRANDS_1D, 2: INTEGRANDS_2D}
+#: The one to begin with in each dimension.
+FIRST = {1: "talk", 2: "smooth-2d"}
+#: Name of every integrand that is a typed formula.
+TYPED = "formula"
+#: Points of the unit box at which a typed formula must be finite.
+_CHECKED = 4096
+#: A twentieth of a second or so on each formula; the error estimate says what it was good for.
+_SUBDIVISIONS = 100
+#: An integral with a larger error than this part of the mean of |f| is not believed.
+_DOUBTFUL = 0.05
+
+
+@dataclass(frozen=True)
+class Problem:
+    """An integrand and how well its integral is known.
+
+    Parameters
+    ----------
+    integrand : Integrand
+        The function over [0, 1]^d.
+    uncertainty : float
+        Estimated error of ``integrand.integral``; 0 where it is a closed form.
+    """
+
+    integrand: Integrand
+    uncertainty: float = 0.0
+
+    @property
+    def typed(self) -> bool:
+        """Whether somebody typed it: ``integrand.formula`` is then the text."""
+        return self.integrand.name == TYPED
+
+
+def preset(name: str, d: int) -> Problem:
+    """The study's integrand of that name."""
+    return Problem(next(f for f in PRESETS[d] if f.name == name))
+
+
+def typed(text: str, d: int) -> Problem:
+    """The formula as integrand; its integral by adaptive cubature.
+
+    Parameters
+    ----------
+    text : str
+        What :func:`voroquad.expression.compile_expression` reads, in x (and y).
+    d : int
+        Dimension, 1 or 2.
+
+    Raises
+    ------
+    ValueError
+        The text is no formula, or its values are not finite.
+    """
+    of_rows = compile_expression(text, d)
+
+    def values(points: Array) -> Array:
+        return of_rows(np.moveaxis(points, -1, 0).reshape(d, -1)).reshape(points.shape[:-1])
+
+    size = _mean_size(values, d)
+    with np.errstate(invalid="ignore"):
+        result = cubature(values, np.zeros(d), np.ones(d), rule="gk21", rtol=1e-10, max_subdivisions=_SUBDIVISIONS)
+    integral, uncertainty = float(result.estimate), float(result.error)
+    if not uncertainty <= _DOUBTFUL * size:
+        raise ValueError(
+            f"expression: its integral over the unit box may not exist ({integral:.3g} ± {uncertainty:.1g}); "
+            "try a formula without such a pole"
+        )
+    return Problem(Integrand(TYPED, "Your formula", text.strip(), d, values, integral), uncertainty)
+
+
+def _mean_size(values: Callable[[Array], Array], d: int) -> float:
+    """Mean of |f| over a grid; ValueError where f is not finite."""
+    points = sample("regular", _CHECKED, d).points
+    f = values(points)
+    if not (finite := np.isfinite(f)).all():
+        bad = int(np.argmin(finite))
+        where = ", ".join(f"{name} = {value:.3g}" for name, value in zip("xy", points[bad], strict=False))
+        raise ValueError(f"expression: its value is {f[bad]} at {where}; it must be finite inside the unit box")
+    return float(np.abs(f).mean())

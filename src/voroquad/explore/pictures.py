@@ -1,0 +1,222 @@
+"""The samples with what they stand for, the integrand, and the bias function."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from bokeh.models import (
+    BasicTicker,
+    ColorBar,
+    ColumnDataSource,
+    FixedTicker,
+    LinearColorMapper,
+    Range1d,
+    Span,
+    Ticker,
+)
+from bokeh.plotting import figure
+from numpy.typing import NDArray
+
+from ..bias import BIAS_DESIGNS, bias_function
+from ..cells import cells
+from ..study.functions import Integrand
+from .edits import EditedSet
+from .style import MUTED, diverging_mapper, new_plot
+
+Array = NDArray[np.float64]
+
+#: Abscissas of curves
+_CURVE = np.linspace(0, 1, 1001)
+#: Pixels along a side of images
+_PIXELS = 96
+#: So many samples are drawn with outlines
+_OUTLINED = 400
+#: End of the scale of weights, in fair shares, as in the study's figures
+_HEAVIEST = 3.0
+_SHARES = [0, 0.5, 1, 2, 3]
+
+
+class CellsInterval:
+    """d = 1: samples as bars of their cell's width and the integrand's height, coloured by weight."""
+
+    def __init__(self) -> None:
+        self.figure = new_plot("interval", x_range=Range1d(0, 1), y_range=Range1d(0, 1), height=380)
+        self._bars = ColumnDataSource({"left": [], "right": [], "f": [], "x": [], "share": []})
+        self._curve = ColumnDataSource({"x": [], "f": []})
+        mapper = diverging_mapper("interval-shares", 0, _HEAVIEST)
+        self.figure.quad(
+            left="left", right="right", bottom=0, top="f", source=self._bars,
+            fill_color={"field": "share", "transform": mapper}, line_color=MUTED, line_width=0.6,
+        )  # fmt: skip
+        self.figure.line("x", "f", source=self._curve, line_color=MUTED, line_width=2)
+        self._points = _points(self.figure, "x", "f", self._bars)
+        _add_color_bar(self.figure, mapper, "weight of a sample, N w", FixedTicker(ticks=_SHARES))
+        self.figure.xaxis.axis_label = "x: drag a sample left or right"
+
+    def show_integrand(self, integrand: Integrand) -> None:
+        """Draw the curve."""
+        f = _finite(integrand.values(_CURVE[:, None]))
+        self._curve.data = {"x": _CURVE, "f": f}
+        low, high = min(0.0, f.min()), max(0.0, f.max())
+        margin = 0.06 * ((high - low) or 1.0)
+        self.figure.y_range.update(start=low - (low < 0) * margin, end=high + margin)
+
+    def show(self, edited: EditedSet, f: Array, shares: Array) -> None:
+        """Draw the samples with values f (n,) and weights over 1/N, (n,)."""
+        left, right = cells(edited.points).intervals().T
+        self._bars.data = {"left": left, "right": right, "f": f, "x": edited.points[:, 0], "share": shares}
+        self._points.glyph.size = _marker_size(len(edited))
+
+
+class CellsSquare:
+    """d = 2: samples in their Voronoi cells, coloured by weight."""
+
+    def __init__(self) -> None:
+        self.figure = new_plot("square", x_range=Range1d(0, 1), y_range=Range1d(0, 1), aspect_ratio=0.93)
+        self._cells = ColumnDataSource({"xs": [], "ys": [], "x": [], "y": [], "f": [], "share": []})
+        mapper = diverging_mapper("square-shares", 0, _HEAVIEST)
+        self._patches: Any = self.figure.patches(
+            "xs", "ys", source=self._cells, line_color=MUTED, line_width=0.6,
+            fill_color={"field": "share", "transform": mapper},
+        )  # fmt: skip
+        self._points = _points(self.figure, "x", "y", self._cells)
+        _add_color_bar(self.figure, mapper, "weight of a sample, N w", FixedTicker(ticks=_SHARES))
+
+    def show(self, edited: EditedSet, f: Array, shares: Array) -> None:
+        """Draw the samples with values f (n,) and weights over 1/N, (n,)."""
+        xs, ys = _corners(cells(edited.points).polygons())
+        x, y = edited.points.T
+        if len(self._cells.data["xs"]) != len(edited):
+            self._cells.data = {"xs": xs, "ys": ys, "x": x, "y": y, "f": f, "share": shares}
+            self._set_detail(len(edited))
+            return
+        # A drag changes a few cells: send those only
+        old = self._cells.data
+        corners = zip(old["xs"], old["ys"], strict=True)
+        moved = [k for k, drawn in enumerate(corners) if drawn != (xs[k], ys[k])]
+        columns = {"x": x, "y": y, "f": f, "share": shares}
+        changed = {name: np.flatnonzero(column != old[name]).tolist() for name, column in columns.items()}
+        self._cells.patch(
+            {"xs": [(k, xs[k]) for k in moved], "ys": [(k, ys[k]) for k in moved]}
+            | {name: [(k, float(columns[name][k])) for k in rows] for name, rows in changed.items()}
+        )
+
+    def _set_detail(self, n: int) -> None:
+        """Outlines where there is room for them; without, a drag of one sample in a thousand stays smooth."""
+        few = n <= _OUTLINED
+        self._points.glyph.update(size=_marker_size(n), line_color="#ffffff" if few else None)
+        self._patches.glyph.line_color = MUTED if few else None
+
+
+class IntegrandSquare:
+    """d = 2: the integrand as an image."""
+
+    def __init__(self) -> None:
+        self.figure = new_plot("integrand", x_range=Range1d(0, 1), y_range=Range1d(0, 1), aspect_ratio=0.93)
+        self._image = ColumnDataSource({"image": []})
+        self._mapper = LinearColorMapper(palette="Cividis256")
+        self.figure.image("image", source=self._image, x=0, y=0, dw=1, dh=1, color_mapper=self._mapper)
+        self.figure.add_layout(
+            ColorBar(color_mapper=self._mapper, title="f(x, y)", ticker=BasicTicker(desired_num_ticks=4), **_BAR),
+            "below",
+        )
+
+    def show_integrand(self, integrand: Integrand) -> None:
+        """Draw the image."""
+        f = _finite(integrand.values(_pixel_centres()))
+        self._image.data = {"image": [f]}
+        self._mapper.update(low=float(f.min()), high=float(max(f.max(), f.min() + 1e-12)))
+
+
+class BiasInterval:
+    """d = 1: the bias function of Voronoi weights."""
+
+    def __init__(self) -> None:
+        self.figure = new_plot("bias-interval", x_range=Range1d(0, 1), y_range=Range1d(0.4, 1.4), height=380)
+        self._curve = ColumnDataSource({"x": [], "g": []})
+        self.figure.add_layout(Span(location=1, dimension="width", line_color=MUTED, line_dash="dashed"))
+        self.figure.line("x", "g", source=self._curve, line_width=2.5, line_color="#8e5bb5")
+        self.figure.xaxis.axis_label = "x"
+
+    def show(self, design: str, n: int) -> str:
+        """Draw G of n samples and say in a line what is to be seen."""
+        if design not in BIAS_DESIGNS:
+            self._curve.data = {"x": [], "g": []}
+            return _no_formula(design)
+        self._curve.data = {"x": _CURVE, "g": bias_function(_CURVE, n, design)}
+        return _what_it_says(n)
+
+
+class BiasSquare:
+    """d = 2: the bias function of Voronoi weights as an image."""
+
+    def __init__(self) -> None:
+        self.figure = new_plot("bias-square", x_range=Range1d(0, 1), y_range=Range1d(0, 1), aspect_ratio=0.93)
+        self._image = ColumnDataSource({"image": []})
+        mapper = diverging_mapper("bias", 0.25, 1.75)
+        self.figure.image("image", source=self._image, x=0, y=0, dw=1, dh=1, color_mapper=mapper)
+        _add_color_bar(self.figure, mapper, "G(x, y)", FixedTicker(ticks=[0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75]))
+
+    def show(self, design: str, n: int) -> str:
+        """Draw G of n samples and say in a line what is to be seen."""
+        if design not in BIAS_DESIGNS:
+            self._image.data = {"image": []}
+            return _no_formula(design)
+        g = bias_function(_pixel_centres().reshape(-1, 2), n, design).reshape(_PIXELS, _PIXELS)
+        self._image.data = {"image": [g]}
+        return _what_it_says(n)
+
+
+def _no_formula(design: str) -> str:
+    return f"G is known for uniform and stratified samples, not for {design} sets."
+
+
+def _what_it_says(n: int) -> str:
+    return (
+        f"Voronoi weights of {n} samples integrate G·f in place of f on average: G < 1 counts too little, "
+        "G > 1 too much. Unbiased rules make it 1 everywhere."
+    )
+
+
+# ---------------------------------------------------------------------- parts
+
+_BAR: dict[str, Any] = {
+    "background_fill_color": None, "bar_line_color": None, "major_tick_line_color": None, "height": 10,
+    "title_text_font_style": "normal", "title_text_font_size": "12px", "major_label_text_font_size": "11px",
+    "title_text_color": MUTED, "major_label_text_color": MUTED, "title_standoff": 6, "label_standoff": 4, "padding": 4,
+}  # fmt: skip
+
+
+def _points(plot: figure, x: str, y: str, source: ColumnDataSource) -> Any:
+    return plot.scatter(x, y, source=source, size=8, fill_color="#16181b", line_color="#ffffff", line_width=1.2)
+
+
+def _marker_size(n: int) -> float:
+    return float(np.clip(60 / np.sqrt(n), 3.5, 9))
+
+
+def _add_color_bar(plot: figure, mapper: LinearColorMapper, title: str, ticker: Ticker) -> None:
+    plot.add_layout(ColorBar(color_mapper=mapper, title=title, ticker=ticker, **_BAR), "below")
+
+
+def _corners(polygons: list[Array]) -> tuple[list[list[float]], list[list[float]]]:
+    """Abscissas and ordinates of each polygon's corners."""
+    x, y = np.concatenate(polygons).T.tolist()
+    ends = np.cumsum([len(polygon) for polygon in polygons]).tolist()
+    starts = [0, *ends[:-1]]
+    return (
+        [x[start:end] for start, end in zip(starts, ends, strict=True)],
+        [y[start:end] for start, end in zip(starts, ends, strict=True)],
+    )
+
+
+def _pixel_centres() -> Array:
+    """Centres (rows, columns, 2) of the pixels of an image of the unit square."""
+    t = (np.arange(_PIXELS) + 0.5) / _PIXELS
+    return np.stack(np.meshgrid(t, t), axis=-1)
+
+
+def _finite(f: Array) -> Array:
+    """Values without poles at the border, where no sample falls."""
+    return np.where(np.isfinite(f), f, np.nan_to_num(np.nanmean(f[np.isfinite(f)])))

@@ -1,0 +1,66 @@
+"""The rules to choose from: those that exist for a sampler and a dimension."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from ..samplers import DESIGNS, GRIDDED, SampleSet
+from ..study.convergence import Method
+from ..weights import RULES
+from .edits import EditedSet
+
+#: Choice of weights that no rule makes: 1/N each.
+EQUAL = "equal"
+
+#: Every choice of weights, by the name that ``voroquad.weights`` knows it by.
+WEIGHTS = {
+    EQUAL: "equal weights 1/N",
+    "none": "Voronoi cells",
+    "bias-function": "Voronoi cells ÷ G",
+    "exchange": "exchange",
+    "leave-one-out": "leave-one-out",
+}
+
+SAMPLERS = {
+    "uniform": "uniform",
+    "stratified": "stratified",
+    "regular": "regular grid",
+    "sobol": "Sobol'",
+    "halton": "Halton",
+    "zero-two": "(0,2)-sequence",
+}
+assert SAMPLERS.keys() == DESIGNS.keys()
+
+
+def offered(design: str, d: int) -> dict[str, list[int]]:
+    """The weights that a set of that design can have, each with its orders."""
+    probe = SampleSet(np.full((1, d), 0.5), design, (1,) * d if design in GRIDDED else None)
+    orders = {
+        weights: sorted({p for rule in RULES if rule.debias == weights for p in rule.orders if rule.covers(probe, p)})
+        for weights in WEIGHTS
+    }
+    return {EQUAL: [0]} | {weights: found for weights, found in orders.items() if found}
+
+
+def method(design: str, weights: str, order: int) -> Method:
+    """A choice as a method of the study."""
+    name = f"{SAMPLERS[design]}, {WEIGHTS[weights]}" + (f", order {order}" if order else "")
+    return Method(name, design, None if weights == EQUAL else weights, order)
+
+
+def needs_design(chosen: Method) -> bool:
+    """Whether the weights are made for points of one design only."""
+    return any(rule.designs is not None for rule in RULES if rule.debias == chosen.debias)
+
+
+def weigh(chosen: Method, edited: EditedSet) -> NDArray[np.float64]:
+    """Weights (n,) of the points as they are now.
+
+    Raises
+    ------
+    ValueError
+        The points no longer are what the rule is for.
+    """
+    samples = edited.samples(chosen.design if needs_design(chosen) else None)
+    return chosen.weights(samples)

@@ -1,0 +1,145 @@
+"""The explorer's server: on this machine only, for its own page only."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+from jinja2 import Environment, PackageLoader, Template
+
+try:
+    from bokeh.application import Application
+    from bokeh.application.handlers import FunctionHandler
+    from bokeh.document import Document
+    from bokeh.resources import Resources
+    from bokeh.server.server import BaseServer
+    from bokeh.server.tornado import BokehTornado
+
+    from .explorer import Explorer
+except ImportError as error:
+    raise ImportError("the explorer needs Bokeh: pip install 'voroquad[explore]'", name="bokeh") from error
+
+from tornado.httpserver import HTTPServer
+from tornado.httputil import HTTPHeaders, HTTPMessageDelegate, HTTPServerRequest
+from tornado.ioloop import IOLoop
+from tornado.netutil import bind_sockets
+from tornado.web import ErrorHandler, OutputTransform
+
+LOOPBACK = "127.0.0.1"
+
+#: The page takes everything from here, talks to nobody else and stands in nobody's frame
+_POLICY = (
+    "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
+    "img-src 'self' data:; frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
+)
+
+
+class ExplorerServer:
+    """An explorer to talk to; ``serve`` runs one until it is interrupted.
+
+    Parameters
+    ----------
+    port : int
+        0: any that is free.
+    """
+
+    def __init__(self, port: int = 0):
+        self.sockets = bind_sockets(port, address=LOOPBACK)
+        self.port: int = self.sockets[0].getsockname()[1]
+        application = Application(FunctionHandler(_fill))
+        self._loop = IOLoop.current()
+        tornado = _OwnPageOnly({"/": application}, hosts={f"{name}:{self.port}" for name in (LOOPBACK, "localhost")})
+        http = HTTPServer(tornado)
+        http.add_sockets(self.sockets)
+        self._server = BaseServer(self._loop, tornado, http)
+
+    @property
+    def url(self) -> str:
+        """Where the page is."""
+        return f"http://{LOOPBACK}:{self.port}/"
+
+    def run(self) -> None:
+        """Answer until interrupted or stopped."""
+        self._server.start()
+        try:
+            self._loop.start()
+        finally:
+            self._server.stop()
+
+    def stop(self) -> None:
+        """End :meth:`run`, from any thread."""
+        self._loop.add_callback(self._loop.stop)
+
+
+def serve() -> None:
+    """Serve the explorer on a free port of this machine until Ctrl-C."""
+    logging.getLogger("bokeh").setLevel(logging.ERROR)  # a closed page is no news
+    server = ExplorerServer()
+    print(f"{server.url}  (Ctrl-C ends it)", flush=True)
+    try:
+        server.run()
+    except KeyboardInterrupt:
+        print()
+
+
+class _OwnPageOnly(BokehTornado):
+    """Refuses every request that does not come from the page that this server served.
+
+    A page of another site can make a browser on this machine send requests here. Its Origin tells it; a name of
+    its own that resolves to this machine shows in Host. Bokeh looks at the Origin of web sockets alone, and an
+    environment variable could talk it out of that.
+    """
+
+    def __init__(self, applications: dict[str, Application], hosts: set[str]):
+        self._hosts = hosts
+        super().__init__(applications, extra_websocket_origins=sorted(hosts))
+        self.add_transform(_Headers)
+
+    def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate:
+        """The handler of a request, or one that says 403."""
+        delegate: HTTPMessageDelegate = (
+            super().find_handler(request, **kwargs)
+            if self._own(request)
+            else self.get_handler_delegate(request, ErrorHandler, {"status_code": 403})
+        )
+        return delegate
+
+    def resources(self, absolute_url: str | bool | None = None) -> Resources:
+        """Scripts from this server, whatever BOKEH_RESOURCES says."""
+        return Resources(mode="server", root_url="/", path_versioner=None)
+
+    def _own(self, request: HTTPServerRequest) -> bool:
+        origin = request.headers.get("Origin")
+        site = request.headers.get("Sec-Fetch-Site", "none")
+        opened_by_hand = request.headers.get("Sec-Fetch-Mode") == "navigate" and request.method == "GET"
+        return (
+            request.host in self._hosts
+            and (origin is None or origin in {f"http://{host}" for host in self._hosts})
+            and (site in ("none", "same-origin") or opened_by_hand)
+        )
+
+
+class _Headers(OutputTransform):
+    """Adds the page's policy to every answer."""
+
+    def transform_first_chunk(
+        self, status_code: int, headers: HTTPHeaders, chunk: bytes, finishing: bool
+    ) -> tuple[int, HTTPHeaders, bytes]:
+        headers["Content-Security-Policy"] = _POLICY
+        headers["X-Content-Type-Options"] = "nosniff"
+        headers["Referrer-Policy"] = "no-referrer"
+        headers["Cross-Origin-Resource-Policy"] = "same-origin"
+        return status_code, headers, chunk
+
+
+# ---------------------------------------------------------------------- the page
+
+
+def _fill(document: Document) -> None:
+    document.title = "voroquad explore"
+    document.template = _template()
+    Explorer(document)
+
+
+def _template() -> Template:
+    return Environment(loader=PackageLoader("voroquad.explore", "page")).get_template("explore.html")
