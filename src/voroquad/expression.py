@@ -10,6 +10,7 @@ from __future__ import annotations
 import ast
 import math
 import operator
+import warnings
 from collections.abc import Callable
 from typing import Any
 
@@ -84,7 +85,11 @@ def compile_expression(text: str, d: int) -> Callable[[Array], Array]:
     if _nesting(text) > DEEPEST:
         raise ValueError(f"expression: brackets nested more than {DEEPEST} deep")
     try:
-        tree = ast.parse(text.strip().replace("^", "**"), mode="eval").body
+        with warnings.catch_warnings():
+            warnings.simplefilter(
+                "ignore", SyntaxWarning
+            )  # what Python finds doubtful is refused or means what it says
+            tree = ast.parse(text.strip().replace("^", "**"), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         raise ValueError(f"expression: cannot read {_short(text)!r} ({type(error).__name__})") from None
     values = _translate(tree, _variables(d), DEEPEST)

@@ -49,15 +49,17 @@ def test_choices_that_do_not_exist_are_not_offered(explorer):
     assert explorer.readings.message.text == ""
 
 
-@pytest.mark.parametrize("design", ["uniform", "stratified", "sobol", "halton", "zero-two", "regular"])
 @pytest.mark.parametrize("d", [1, 2])
-def test_every_choice_gives_an_estimate(explorer, design, d):
+def test_every_choice_gives_an_estimate(explorer, d):
     explorer.problem_controls.dimension.active = d - 1
-    explorer.rules[0].design.value = design
-    for weights, _ in explorer.rules[0].weights.options:
-        explorer.rules[0].weights.value = weights
-        assert explorer.readings.message.text == ""
-        assert np.isfinite(estimate(explorer))
+    explorer.problem_controls.n.value = 16
+    rule = explorer.rules[0]
+    for design, _ in rule.design.options:
+        rule.design.value = design
+        for weights, _ in rule.weights.options:
+            rule.weights.value = weights
+            assert explorer.readings.message.text == ""
+            assert np.isfinite(estimate(explorer))
 
 
 def test_a_formula_and_a_bad_one(explorer):
@@ -74,13 +76,10 @@ def test_a_formula_and_a_bad_one(explorer):
     assert explorer.readings.message.text == ""
 
 
-@pytest.mark.parametrize("n", [None, 0, 2.5, 10**9, "7"])
-def test_a_bad_number_of_samples(explorer, n):
-    try:
+def test_a_bad_number_of_samples(explorer):
+    for n in (None, 0, 2.5, 10**9):
         explorer.problem_controls.n.value = n
-    except ValueError:  # the widget's own refusal
-        return
-    assert "N must be a whole number from 1 to 4096" in explorer.readings.message.text
+        assert "N must be a whole number from 1 to 4096" in explorer.readings.message.text
 
 
 def test_a_number_of_samples_without_strata(explorer):
@@ -104,7 +103,7 @@ def drag(explorer, start, end):
         figure._trigger_event(kind(figure, x=float(place[0]), y=float(place[-1])))
 
 
-@pytest.mark.parametrize("weights", ["none", "leave-one-out", "bias-function"])
+@pytest.mark.parametrize("weights", ["none", "leave-one-out"])
 def test_a_drag_gives_the_cores_estimate(explorer, weights):
     two_dimensions(explorer, weights=weights)
     points = explorer.drawn.points.copy()
@@ -122,9 +121,10 @@ def test_patches_are_the_cells_after_many_drags(explorer):
     two_dimensions(explorer)
     rng = np.random.default_rng(1)
     for _ in range(20):
-        drag(explorer, explorer.editing.edited.points[rng.integers(64)], rng.random(2))
+        drag(explorer, explorer.editing.edited.points[rng.integers(64)].copy(), rng.random(2))
     polygons = vq.cells(explorer.editing.edited.points).polygons()
     drawn = explorer.cells[2]._cells.data
+    np.testing.assert_array_equal(np.column_stack([drawn["x"], drawn["y"]]), explorer.editing.edited.points)
     for x, y, polygon in zip(drawn["xs"], drawn["ys"], polygons, strict=True):
         np.testing.assert_array_equal(np.column_stack([x, y]), polygon)
 

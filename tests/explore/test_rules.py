@@ -33,5 +33,5 @@ def test_voronoi_weights_take_any_edited_points():
     samples = EditedSet(vq.sample("stratified", n=16, d=2, rng=1))
     samples.remove(3)
     assert weigh(method("stratified", "none", 0), samples).sum() == pytest.approx(1)
-    with pytest.raises(ValueError, match="n = 15|strata"):
+    with pytest.raises(ValueError, match=r"n = 15|strata"):
         weigh(method("stratified", "leave-one-out", 1), samples)

@@ -60,8 +60,9 @@ class Explorer:
         figures = [picture.figure for picture in self.cells.values()]
         self.editing = Editing(document, figures, changed=self._refresh, refused=self._say)
         self._connect()
-        for root in self._roots():
-            document.add_root(root)
+        with document.models.freeze():
+            for root in self._roots():
+                document.add_root(root)
         self._show_integrand()
         self._draw()
         document.add_periodic_callback(self._work, _PERIOD)

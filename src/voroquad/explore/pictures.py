@@ -65,7 +65,7 @@ class CellsInterval:
     def show(self, edited: EditedSet, f: Array, shares: Array) -> None:
         """Draw the samples with values f (n,) and weights over 1/N, (n,)."""
         left, right = cells(edited.points).intervals().T
-        self._bars.data = {"left": left, "right": right, "f": f, "x": edited.points[:, 0], "share": shares}
+        self._bars.data = {"left": left, "right": right, "f": f, "x": edited.points[:, 0].copy(), "share": shares}
         self._points.glyph.size = _marker_size(len(edited))
 
 
@@ -86,7 +86,7 @@ class CellsSquare:
     def show(self, edited: EditedSet, f: Array, shares: Array) -> None:
         """Draw the samples with values f (n,) and weights over 1/N, (n,)."""
         xs, ys = _corners(cells(edited.points).polygons())
-        x, y = edited.points.T
+        x, y = edited.points.T.copy()  # edits are made in place
         if len(self._cells.data["xs"]) != len(edited):
             self._cells.data = {"xs": xs, "ys": ys, "x": x, "y": y, "f": f, "share": shares}
             self._set_detail(len(edited))
@@ -95,12 +95,10 @@ class CellsSquare:
         old = self._cells.data
         corners = zip(old["xs"], old["ys"], strict=True)
         moved = [k for k, drawn in enumerate(corners) if drawn != (xs[k], ys[k])]
-        columns = {"x": x, "y": y, "f": f, "share": shares}
-        changed = {name: np.flatnonzero(column != old[name]).tolist() for name, column in columns.items()}
-        self._cells.patch(
-            {"xs": [(k, xs[k]) for k in moved], "ys": [(k, ys[k]) for k in moved]}
-            | {name: [(k, float(columns[name][k])) for k in rows] for name, rows in changed.items()}
-        )
+        patches: dict[str, list[Any]] = {"xs": [(k, xs[k]) for k in moved], "ys": [(k, ys[k]) for k in moved]}
+        for name, column in (("x", x), ("y", y), ("f", f), ("share", shares)):
+            patches[name] = [(int(k), float(column[k])) for k in np.flatnonzero(column != old[name])]
+        self._cells.patch({name: rows for name, rows in patches.items() if rows})
 
     def _set_detail(self, n: int) -> None:
         """Outlines where there is room for them; without, a drag of one sample in a thousand stays smooth."""

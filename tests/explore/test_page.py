@@ -1,0 +1,231 @@
+"""The explorer as somebody meets it: in a browser."""
+
+import contextlib
+import io
+import re
+import time
+
+import pytest
+
+#: Names of the widgets, all of which the keyboard must reach
+WIDGETS = {
+    "dimension", "integrand", "formula", "n", "draw", "design-a", "weights-a", "design-b", "weights-b",
+    "mode", "index", "x", "add", "remove", "restore", "run", "copy",
+}  # fmt: skip
+
+
+@pytest.fixture
+def open_page(browser, server):
+    """Opens the explorer in a window of its own; what went wrong there fails the test at its end."""
+    wrong = []
+    with contextlib.ExitStack() as stack:
+
+        def open_page(**settings):
+            context = browser.new_context(**({"viewport": {"width": 1300, "height": 1100}} | settings))
+            stack.callback(context.close)
+            page = context.new_page()
+            page.set_default_timeout(20_000)
+            page.on("console", lambda m: m.type in ("error", "warning") and wrong.append(m.text))
+            page.on("pageerror", lambda error: wrong.append(str(error)))
+            page.on("request", lambda r: r.url.startswith((server.url, "data:", "blob:")) or wrong.append(r.url))
+            page.goto(server.url)
+            page.wait_for_selector("#page[aria-busy=false]")
+            return page
+
+        yield open_page
+    assert wrong == []
+
+
+def shown(page):
+    """The estimate on the page."""
+    return float(page.locator("[data-estimate]").get_attribute("data-estimate"))
+
+
+def until(condition, seconds=20):
+    end = time.monotonic() + seconds
+    while not (result := condition()):
+        assert time.monotonic() < end, "nothing changed"
+        time.sleep(0.05)
+    return result
+
+
+def place_of(page, name, index):
+    """Where on the screen a sample is drawn."""
+    page.locator(".picture").scroll_into_view_if_needed()
+    return page.evaluate(
+        """([name, index]) => {
+          const view = [...Bokeh.index].find((v) => v.model.name == name);
+          const {x, y, f} = view.model.renderers.at(-1).data_source.data;
+          const box = view.el.getBoundingClientRect();
+          const [sx, sy] = [view.frame.x_scale.compute(x[index]), view.frame.y_scale.compute((y ?? f)[index])];
+          return [box.x + sx, box.y + sy];
+        }""",
+        [name, index],
+    )
+
+
+def drag(page, start, by, rest=0.0):
+    page.mouse.move(*start)
+    page.mouse.down()
+    time.sleep(rest)
+    for k in range(1, 11):
+        page.mouse.move(start[0] + by[0] * k / 10, start[1] + by[1] * k / 10)
+    page.mouse.up()
+
+
+def test_drag_type_and_copy(open_page):
+    page = open_page(permissions=["clipboard-read", "clipboard-write"])
+    first = shown(page)
+
+    drag(page, place_of(page, "interval", 3), (150, 0))
+    moved = until(lambda: shown(page) != first and shown(page))
+
+    formula = page.get_by_label("or type a formula")
+    formula.fill("x.__class__")
+    formula.press("Enter")
+    alert = page.get_by_role("alert")
+    alert.wait_for()
+    assert (
+        alert.inner_text()
+        == "expression: Attribute is not allowed; use numbers, variables, + - * / % ** < > and functions"
+    )
+    assert shown(page) == moved
+
+    formula.fill("exp(x) * (x < 0.7)")
+    formula.press("Enter")
+    until(lambda: shown(page) != moved)
+    assert alert.count() == 0
+    assert page.get_by_label("Integrand", exact=True).input_value() == "your formula"
+
+    page.get_by_role("button", name="Pause").click()
+    page.get_by_role("button", name="Run").wait_for()
+    page.get_by_role("button", name="Copy as Python").click()
+    until(lambda: page.locator("#copied").inner_text() == "copied")
+    printed = io.StringIO()
+    with contextlib.redirect_stdout(printed):
+        exec(page.evaluate("navigator.clipboard.readText()"), {"__name__": "copied"})
+    assert float(printed.getvalue().splitlines()[0]) == pytest.approx(shown(page), rel=1e-13)
+
+
+def cells(page):
+    return page.evaluate(
+        """() => {
+          const picture = Bokeh.documents[0].get_model_by_name("square");
+          const {x, y, xs, ys, share} = picture.renderers.at(-1).data_source.data;
+          return {x: [...x], y: [...y], share: [...share], xs: [...xs].map((a) => [...a])};
+        }"""
+    )
+
+
+def test_hands_on_the_square(open_page):
+    page = open_page()
+    page.get_by_label("2-D").check()
+    until(lambda: "n=64, d=2" in page.locator(".code pre").inner_text())
+
+    for sample, rest in ((5, 0.0), (7, 0.6)):  # moved at once; after the pointer has rested on it
+        before, first, start = cells(page), shown(page), place_of(page, "square", sample)
+        drag(page, start, (70, -50), rest)
+        there = pytest.approx([start[0] + 70, start[1] - 50], abs=3)
+        until(lambda sample=sample, there=there: place_of(page, "square", sample) == there)
+        assert cells(page)["xs"] != before["xs"]
+        assert shown(page) != first
+
+    before = cells(page)
+    picture = page.locator(".picture .square").screenshot()
+    page.get_by_label("Weights", exact=True).first.select_option(label="leave-one-out")
+    until(lambda: cells(page)["share"] != before["share"])
+    assert cells(page)["xs"] == before["xs"]
+    until(lambda: page.locator(".picture .square").screenshot() != picture)
+
+    x, y = place_of(page, "square", 0)
+    page.get_by_label("add", exact=True).check()
+    page.mouse.click(x + 9, y)
+    until(lambda: len(cells(page)["x"]) == 65)
+    page.get_by_label("remove", exact=True).check()
+    page.mouse.click(x + 9, y)
+    until(lambda: len(cells(page)["x"]) == 64)
+
+
+def test_the_keyboard_reaches_everything(open_page):
+    page = open_page()
+    reached = set()
+    for _ in range(60):
+        page.keyboard.press("Tab")
+        reached.add(
+            page.evaluate(
+                """() => {
+                  let element = document.activeElement;
+                  while (element.shadowRoot?.activeElement) element = element.shadowRoot.activeElement;
+                  const host = element.getRootNode().host;
+                  const view = host && [...Bokeh.index.query((v) => v.el === host)][0];
+                  return view?.model.name ?? null;
+                }"""
+            )
+        )
+    assert reached >= WIDGETS
+
+    first = shown(page)
+    page.get_by_label("x", exact=True).focus()
+    page.keyboard.press("ArrowUp")
+    until(lambda: shown(page) != first)
+
+
+def test_experiments_fill_in(open_page):
+    page = open_page()
+    sets = page.locator("tr").filter(has_text="sets of 20").locator("td").first
+
+    def count():
+        return int(sets.inner_text().replace(",", ""))
+
+    until(lambda: sets.count() and count() > 1000)
+    sizes = "Bokeh.documents[0].get_model_by_name('convergence').renderers.map((r) => r.data_source.data.n.length)"
+    until(lambda: min(page.evaluate(sizes)) == 8)
+    assert page.get_by_text("slope against N").is_visible()
+
+
+def test_light_and_dark(open_page):
+    page = open_page()
+    for scheme in ("light", "dark", "light"):
+        page.emulate_media(color_scheme=scheme)
+        middle = "parseInt(Bokeh.documents[0].get_model_by_name('square-shares').palette[85].slice(1, 3), 16)"
+        until(lambda middle=middle, scheme=scheme: (page.evaluate(middle) > 200) == (scheme == "light"))
+        paper = page.evaluate("getComputedStyle(document.body).backgroundColor")
+        assert (int(re.search(r"\d+", paper)[0]) > 200) == (scheme == "light")
+
+
+def test_narrow_windows_do_not_scroll_sideways(open_page):
+    page = open_page(viewport={"width": 360, "height": 700})
+    for width in (360, 800):
+        page.set_viewport_size({"width": width, "height": 700})
+        until(lambda width=width: page.evaluate("document.documentElement.scrollWidth") <= width)
+        page.get_by_label("2-D").check()
+        until(lambda: page.locator("#page[data-d='2']").count())
+
+
+def test_a_page_of_another_site_cannot_drive_it(browser, server):
+    """The page tries a socket with a token of its own making, a frame, a script and a request."""
+    context = browser.new_context()
+    page = context.new_page()
+    attack = f"""<body><script>
+      window.results = {{}};
+      const socket = new WebSocket("ws://127.0.0.1:{server.port}/ws", ["bokeh", "token"]);
+      socket.onopen = () => {{ results.socket = "open" }};
+      socket.onerror = () => {{ results.socket = "refused" }};
+      fetch("{server.url}").then(() => {{ results.fetch = "read" }}, () => {{ results.fetch = "refused" }});
+      const script = document.createElement("script");
+      script.src = "{server.url}static/js/bokeh.min.js";
+      script.onload = () => {{ results.script = "loaded" }};
+      script.onerror = () => {{ results.script = "refused" }};
+      document.body.append(script);
+      const frame = document.createElement("iframe");
+      frame.src = "{server.url}";
+      frame.onload = () => {{
+        try {{ results.frame = frame.contentDocument ? "open" : "refused" }} catch {{ results.frame = "refused" }}
+      }};
+      document.body.append(frame);
+    </script>"""
+    page.route("http://evil.example/", lambda route: route.fulfill(content_type="text/html", body=attack))
+    page.goto("http://evil.example/")
+    results = until(lambda: len(found := page.evaluate("results")) == 4 and found)
+    context.close()
+    assert set(results.values()) == {"refused"}
