@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from ..samplers import sample
 from ..study.convergence import Measurement, Method, measurement, powers_of_two
-from ..study.functions import Integrand
+from ..study.integrand import Integrand
 
 #: Evaluations of a batch: milliseconds for most rules, a third of a second for order 8.
 _BATCH = 4096

@@ -11,7 +11,8 @@ from scipy.integrate import cubature
 
 from ..expression import compile_expression
 from ..samplers import sample
-from ..study.functions import INTEGRANDS_1D, INTEGRANDS_2D, Integrand
+from ..study.functions import INTEGRANDS_1D, INTEGRANDS_2D
+from ..study.integrand import Integrand
 
 Array = NDArray[np.float64]
 

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from ..bias import BIAS_DESIGNS, bias_function
 from ..cells import cells
-from ..study.functions import Integrand
+from ..study.integrand import Integrand
 from .edits import EditedSet
 from .style import MUTED, diverging_mapper, new_plot
 
