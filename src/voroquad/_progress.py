@@ -17,8 +17,11 @@ from rich.progress import (
 
 
 @contextmanager
-def progress_bar(total: int, *, show: bool = True) -> Iterator[Callable[[str, int], None]]:
-    """Yield ``advance(description, steps)``; the bar is `total` steps long. Not shown, it does nothing."""
+def progress_bar(total: int | None, *, show: bool = True) -> Iterator[Callable[..., None]]:
+    """Yield ``advance(description, steps, total=None)``; the bar is `total` steps long, None if that is not known yet.
+
+    Not shown, it does nothing.
+    """
     bar = Progress(
         TextColumn("{task.description}"),
         BarColumn(),
@@ -30,4 +33,8 @@ def progress_bar(total: int, *, show: bool = True) -> Iterator[Callable[[str, in
     )
     with bar:
         task = bar.add_task("", total=total)
-        yield lambda description, steps: bar.update(task, description=description, advance=steps)
+
+        def advance(description: str, steps: int, total: float | None = None) -> None:
+            bar.update(task, description=description, advance=steps, total=total)
+
+        yield advance

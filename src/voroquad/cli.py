@@ -203,7 +203,9 @@ def render(
     scene: Scene,
     output: Annotated[Path, typer.Option("-o", "--output", help="Image to write, .exr or .png.")],
     domain: Domain = "lens",
-    spp: Annotated[int, typer.Option(help="Samples per pixel.")] = 64,
+    spp: Annotated[
+        int | None, typer.Option(help="Samples per pixel; 64 unless --time or --target-error end it.")
+    ] = None,
     sampler: Annotated[str, typer.Option(help="Design of the sets, such as uniform or sobol.")] = "stratified",
     order: Order = 0,
     debias: Debias = "none",
@@ -212,19 +214,27 @@ def render(
     jitter: Jitter = True,
     size: Size = None,
     seed: Seed = 0,
+    per_round: Annotated[int | None, typer.Option("--round", help="Samples per pixel of a round.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Go on from OUTPUT.state.npz.")] = False,
+    time: Annotated[str | None, typer.Option(help="Stop after this time, such as 60s, 5m or 2h.")] = None,
+    target_error: Annotated[
+        float | None, typer.Option(help="Stop at this standard error of a pixel over the mean radiance.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Render a Mitsuba scene with weighted sample sets."""
+    """Render a Mitsuba scene with weighted sample sets, in rounds that can be resumed."""
     from .mitsuba import render as renderer
 
     summary = renderer.render(
         scene, output, domain=domain, spp=spp, sampler=sampler, order=order, debias=debias,
         weighted=weighted, blend=blend, jitter=jitter, size=renderer.parse_size(size), seed=seed,
+        per_round=per_round, seconds=renderer.parse_seconds(time), target_error=target_error, resume=resume,
     )  # fmt: skip
     if as_json:
         print(json.dumps(summary))
     else:
-        print("{width}x{height} at {spp} samples per pixel: {output}".format(**summary))
+        error = f", error {summary['error']:.2%}" if summary["error"] is not None else ""
+        print("{width}x{height} at {spp} samples per pixel{error}: {output}".format(**summary | {"error": error}))
 
 
 @app.command()

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import subprocess
 import sys
+import time
 
 import mitsuba as mi
 import numpy as np
@@ -42,6 +44,137 @@ def test_command(tmp_path):
     assert done.exit_code == 0, done.output
     assert json.loads(done.output)["width"] == 32
     assert np.array(mi.Bitmap(str(tmp_path / "o.png"))).shape == (24, 32, 3)
+
+
+# ---------------------------------------------------------------------- rounds
+
+ROUNDS = {"seed": 5, "per_round": 16, "show_progress": False}
+BALL = """<scene version="3.0.0">
+    <integrator type="direct"/>
+    <sensor type="thinlens">
+        <float name="aperture_radius" value="0.3"/> <float name="focus_distance" value="3"/>
+        <transform name="to_world"> <lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/> </transform>
+        <film type="hdrfilm">
+            <integer name="width" value="32"/> <integer name="height" value="24"/> <rfilter type="box"/>
+        </film>
+    </sensor>
+    <shape type="sphere"/>
+    <emitter type="directional"> <vector name="direction" value="-1, -1, -2"/> </emitter>
+</scene>"""
+
+
+@pytest.fixture
+def ball(tmp_path):
+    (tmp_path / "scene").mkdir()
+    (tmp_path / "scene" / "ball.xml").write_text(BALL)
+    return tmp_path / "scene" / "ball.xml"
+
+
+def test_rounds_that_are_interrupted_end_with_the_same_bits(ball, tmp_path, monkeypatch):
+    renderer.render(ball, tmp_path / "whole.exr", spp=80, **ROUNDS)
+
+    class Killed(Exception):
+        pass
+
+    def die_before_the_image(*args):
+        raise Killed
+
+    # Ended after a round; then when the state was on disk and the image was not; then nothing was left to do
+    renderer.render(ball, tmp_path / "parts.exr", spp=32, **ROUNDS)
+    add_round, write_rounds = renderer.add_round, renderer.write_rounds
+    monkeypatch.setattr(renderer, "add_round", lambda *a: (add_round(*a), monkeypatch.setattr(
+        renderer, "write_rounds", die_before_the_image))[0])  # fmt: skip
+    with pytest.raises(Killed):
+        renderer.render(ball, tmp_path / "parts.exr", spp=80, resume=True, **ROUNDS)
+    monkeypatch.setattr(renderer, "add_round", add_round)
+    monkeypatch.setattr(renderer, "write_rounds", write_rounds)
+    for _ in range(2):
+        summary = renderer.render(ball, tmp_path / "parts.exr", spp=80, resume=True, **ROUNDS)
+        assert summary["rounds"] == 5
+        assert (tmp_path / "parts.exr").read_bytes() == (tmp_path / "whole.exr").read_bytes()
+    assert len(list(tmp_path.iterdir())) == 5
+
+
+def test_channels_of_rounds(ball, tmp_path):
+    summary = renderer.render(ball, tmp_path / "o.exr", spp=64, **ROUNDS)
+    bitmap = mi.Bitmap(str(tmp_path / "o.exr"))
+    names = [field.name for field in bitmap.struct_()]
+    assert names == ["R", "G", "B", "lambda", "variance.R", "variance.G", "variance.B"]
+    pixels = np.array(bitmap, dtype=np.float64)
+    assert (pixels[..., 3] >= 0).all()
+    assert (pixels[..., 3] <= 1).all()
+    assert np.sqrt(pixels[..., 4:].mean()) / pixels[..., :3].mean() == pytest.approx(summary["error"], rel=1e-3)
+    # Rounds have samples of their own: a fourth of the variance of one round, about
+    single = renderer.render(ball, tmp_path / "one.exr", spp=16, seed=5)
+    assert single["error"] is None
+    assert [f.name for f in mi.Bitmap(str(tmp_path / "one.exr")).struct_()] == ["R", "G", "B", "lambda"]
+
+
+def test_target_error_and_time_end_a_render(ball, tmp_path):
+    fine = renderer.render(ball, tmp_path / "a.exr", target_error=0.02, **ROUNDS)
+    assert fine["rounds"] > 4
+    assert 0.015 < fine["error"] <= 0.02
+    brief = renderer.render(ball, tmp_path / "b.exr", seconds=1e-3, **ROUNDS)
+    assert brief["rounds"] == 1
+    capped = renderer.render(ball, tmp_path / "c.exr", spp=32, target_error=1e-9, **ROUNDS)
+    assert capped["rounds"] == 2
+
+
+def test_plans():
+    plan = renderer.Plan
+    assert (plan().samples, plan().n, plan().rounds) == (64, 64, 1)
+    assert (plan(1024).n, plan(1024).rounds) == (256, 4)
+    assert (plan(seconds=60).n, plan(seconds=60).rounds) == (64, None)
+    assert plan(100, 20).rounds == 5
+    assert [renderer.parse_seconds(t) for t in (None, "60s", "2m", "1.5h", "7")] == [None, 60, 120, 5400, 7]
+    for options, message in (
+        ({"spp": 100, "per_round": 30}, "take spp=90"),
+        ({"spp": 1000}, "take spp=768, or a --round that divides"),
+        ({"per_round": 0}, "round must be"),
+        ({"seconds": 0}, "time must be"),
+        ({"target_error": -1}, "target_error must be"),
+    ):
+        with pytest.raises(ValueError, match=message):
+            plan(**options)
+    with pytest.raises(ValueError, match="60s, 5m or 2h"):
+        renderer.parse_seconds("soon")
+
+
+@pytest.mark.slow
+def test_ten_kills_lose_at_most_the_running_round(tmp_path):
+    """kill -9 at random moments, on other numbers of threads; what is resumed ends with the same bits."""
+    options = ["--size", "64x48", "--round", "16", "--spp", "320", "--seed", "2"]
+
+    def command(out, *more):
+        program = "import sys; from voroquad.cli import main; main()"
+        return [sys.executable, "-c", program, "render", "depth-of-field", *options, "-o", str(out), *more]
+
+    subprocess.run(command(tmp_path / "whole.exr"), check=True, capture_output=True)
+    rng = np.random.default_rng(1)
+    out, counts = tmp_path / "parts.exr", [0]
+    for _ in range(10):
+        state = renderer.state_path(out)
+        resume = ["--resume"] if state.exists() else []
+        before = state.stat().st_mtime_ns if resume else 0
+        with subprocess.Popen(command(out, *resume), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL) as process:
+            deadline = time.monotonic() + 120
+            while (
+                time.monotonic() < deadline and process.poll() is None
+            ):  # until it has done a round, then a while more
+                if state.exists() and state.stat().st_mtime_ns != before:
+                    break
+                time.sleep(0.01)
+            time.sleep(rng.uniform(0, 0.3))
+            process.kill()
+        with np.load(state) as saved:  # whole, whenever it was killed
+            counts.append(json.loads(str(saved["header"]))["count"])
+    assert all(b >= a for a, b in itertools.pairwise(counts))
+    assert counts[1] > 0
+    assert not [
+        p for p in tmp_path.iterdir() if p.name.startswith("parts") and p.suffix == ".exr" and not p.stat().st_size
+    ]
+    subprocess.run(command(out, "--resume"), check=True, capture_output=True)
+    assert out.read_bytes() == (tmp_path / "whole.exr").read_bytes()
 
 
 PINHOLE = """<scene version="3.0.0"><sensor type="perspective"/><shape type="sphere"/></scene>"""

@@ -17,10 +17,11 @@ from .._checks import one_of, positive_int
 from ..samplers import DESIGNS, sample
 from ..tables import SampleTable, kept_table
 from ..weights import find_rule
-from .accumulation import Floats, Footprint, Pass, accumulate
-from .blend import TILE, checkerboard, halves_of_one_round
+from .accumulation import Footprint, Pass, accumulate
+from .blend import TILE
 from .domains import CameraSample, Domain, Joint, find_domain
 from .lights import FirstHit
+from .rounds import Rounds
 
 #: Samples of a table, about
 TABLE_SIZE = 2**18
@@ -438,11 +439,9 @@ class Reweighted(Plain):
             sensor = scene.sensors()[sensor]
         with dr.suspend_grad():
             done = self.render_pass(scene, sensor, seed, spp)
-            half = checkerboard(*done.size)
-            share = np.ones((2, *done.size))
-            if self.blend:
-                share = halves_of_one_round(done.pixel_plain, done.pixel_difference, half)
-            return self.develop(sensor.film(), done, done.blended(share), np.where(half == 0, share[0], share[1]))
+            rounds = Rounds(*done.plain.shape, blend=self.blend)
+            rounds.add(done)
+            return self.develop(sensor.film(), rounds)
 
     def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: mi.UInt32, spp: int) -> Pass:
         """Trace all rays; the image with equal weights, and what the weights change."""
@@ -463,13 +462,14 @@ class Reweighted(Plain):
             change = [*_colour(weighed * (rays.drawn.factor - 1) * rays.weight, rays.ray.wavelengths)]
         return accumulate(Footprint(film), channels, change, rays.drawn.pixel, rays.index, spp)
 
-    def develop(self, film: mi.Film, done: Pass, colour: Floats, share: Floats) -> mi.TensorXf:
-        """Put colours (height, width, 3), the extra channels and λ (height, width) into the film, and develop it."""
-        own = [share[..., None]] if "lambda" in self.aovs else []
+    def develop(self, film: mi.Film, rounds: Rounds) -> mi.TensorXf:
+        """Put the mean of rounds into the film, and develop it."""
+        image = rounds.image
         base = 4 if mi.has_flag(film.flags(), mi.FilmFlags.Alpha) else 3
-        weight = np.ones((*done.size, 1))
-        image = np.concatenate([colour, done.plain[..., 3:base], weight, done.plain[..., base:], *own], -1)
-        block = mi.ImageBlock(mi.TensorXf(image.astype(np.float32)), offset=film.crop_offset())
+        own = [rounds.mean_lambda[..., None]] if "lambda" in self.aovs else []
+        channels = [image[..., :base], np.ones((*image.shape[:2], 1)), image[..., base:], *own]  # 1: the film's weight
+        block = mi.ImageBlock(mi.TensorXf(np.concatenate(channels, -1, dtype=np.float32)), offset=film.crop_offset())
+        film.prepare(self.aov_names())
         film.put_block(block)
         return film.develop()
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
+import math
 import os
 import re
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,11 +17,20 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import __version__
 from .._checks import one_of, positive_int
 from .._files import atomic_path
+from .._progress import progress_bar
+from .rounds import Rounds
 
 SCENES = Path(__file__).parent / "scenes"
 VARIANT, SPECTRAL_VARIANT = "llvm_ad_rgb", "llvm_ad_spectral"
+
+DEFAULT_SPP = 64
+#: Samples per pixel of a round at most, unless asked for
+LONGEST_ROUND = 256
+#: Rounds before their error is trusted
+FEWEST_TO_JUDGE = 4
 
 Image = NDArray[np.float64]
 
@@ -144,12 +157,133 @@ def srgb(linear: Image) -> Image:
     return np.where(clipped <= 0.0031308, 12.92 * clipped, 1.055 * clipped ** (1 / 2.4) - 0.055)
 
 
+# ---------------------------------------------------------------------- rounds
+
+
+@dataclass(frozen=True)
+class Plan:
+    """How long to render.
+
+    Parameters
+    ----------
+    spp : int, optional
+        Samples per pixel in all; without it 64, or as many as the other limits allow if there are any.
+    per_round : int, optional
+        Those of a round, which must divide `spp`; without it `spp` up to 256, or 64 if `spp` is open.
+    seconds : float, optional
+        No round is begun that would end later, as long as the rounds before took on average.
+    target_error : float, optional
+        Standard error of a pixel over the mean radiance, see `Rounds.error`; judged from the fourth round on.
+    """
+
+    spp: int | None = None
+    per_round: int | None = None
+    seconds: float | None = None
+    target_error: float | None = None
+
+    def __post_init__(self) -> None:
+        for name in ("spp", "per_round"):
+            if getattr(self, name) is not None:
+                positive_int({"per_round": "round"}.get(name, name), getattr(self, name))
+        for name, value in (("time", self.seconds), ("target_error", self.target_error)):
+            if value is not None and not 0 < value < math.inf:
+                raise ValueError(f"{name} must be a number above 0, got {value}")
+        if self.rounds is not None and self.rounds * self.n != self.samples:
+            raise ValueError(
+                f"rounds of {self.n} do not divide spp={self.samples}; "
+                f"take spp={self.rounds * self.n}, or a --round that divides"
+            )
+
+    @property
+    def samples(self) -> int | None:
+        """Samples per pixel in all; None if open."""
+        open_end = self.seconds is not None or self.target_error is not None
+        return self.spp if self.spp is not None or open_end else DEFAULT_SPP
+
+    @property
+    def n(self) -> int:
+        """Samples per pixel of a round."""
+        if self.per_round is not None:
+            return self.per_round
+        return DEFAULT_SPP if self.samples is None else min(self.samples, LONGEST_ROUND)
+
+    @property
+    def rounds(self) -> int | None:
+        """Number of rounds; None if open."""
+        return None if self.samples is None else max(1, self.samples // self.n)
+
+    @property
+    def several(self) -> bool:
+        """May there be more than one round?"""
+        return self.rounds != 1
+
+    def end(self, rounds: Rounds, seconds: float, here: int) -> int | None:
+        """After how many rounds to stop, as it looks now: `here` of the rounds took so many seconds in this run."""
+        limits = [] if self.rounds is None else [self.rounds]
+        if self.target_error is not None and rounds.count >= FEWEST_TO_JUDGE:
+            # The error falls as 1/√rounds
+            limits.append(max(rounds.count, math.ceil(rounds.count * (rounds.error / self.target_error) ** 2)))
+        if self.seconds is not None and here > 0:
+            limits.append(rounds.count + max(0, int((self.seconds - seconds) * here / seconds)))
+        return min(limits, default=None)
+
+
+def parse_seconds(text: str | None) -> float | None:
+    """Read "60s", "5m", "1.5h" or a number of seconds."""
+    if text is None:
+        return None
+    match = re.fullmatch(r"(\d+(?:\.\d+)?)([smh]?)", text)
+    if match is None:
+        raise ValueError(f"time must look like 60s, 5m or 2h, got {text!r}")
+    return float(match[1]) * {"": 1, "s": 1, "m": 60, "h": 3600}[match[2]]
+
+
+def round_seed(seed: int, number: int) -> int:
+    """The seed of a round: of the first the render's own, of the others independent ones."""
+    return seed if number == 0 else int(np.random.SeedSequence((seed, number)).generate_state(1)[0])
+
+
+def add_round(scene: mi.Scene, integrator: mi.Integrator, rounds: Rounds | None, n: int, seed: int) -> Rounds:
+    """Render the next round of n samples per pixel, from new sample sets; the first without `rounds`."""
+    number = 0 if rounds is None else rounds.count
+    if number > 0:
+        integrator.redraw(round_seed(seed, number))
+    with one_line_errors():
+        done = integrator.render_pass(scene, scene.sensors()[0], round_seed(seed, number), n)
+    rounds = rounds or Rounds(*done.plain.shape, blend=integrator.blend)
+    rounds.add(done)
+    return rounds
+
+
+def state_path(out: str | os.PathLike[str]) -> Path:
+    """Where the state of a render in rounds is kept: beside the image."""
+    return Path(f"{os.fspath(out)}.state.npz")
+
+
+def write_rounds(scene: mi.Scene, integrator: mi.Integrator, rounds: Rounds, out: str | os.PathLike[str]) -> None:
+    """Write the image so far; as .exr with the channels lambda and variance."""
+    film = scene.sensors()[0].film()
+    image = np.array(integrator.develop(film, rounds), dtype=np.float64)
+    names = [field.name for field in film.bitmap(raw=False).struct_()]
+    if Path(out).suffix.lower() == ".png":
+        write_image(image, out)
+        return
+    layers, own = [image], list(names)
+    if integrator.blend:
+        layers, own = [*layers, rounds.mean_lambda[..., None]], [*own, "lambda"]
+    if rounds.count > 1:
+        layers, own = [*layers, rounds.variance], [*own, "variance.R", "variance.G", "variance.B"]
+    with atomic_path(out) as temporary:
+        pixels = np.concatenate(layers, -1, dtype=np.float32)
+        mi.Bitmap(pixels, mi.Bitmap.PixelFormat.MultiChannel, channel_names=own).write(str(temporary))
+
+
 def render(
     scene: str | os.PathLike[str],
     out: str | os.PathLike[str],
     *,
     domain: str = "lens",
-    spp: int = 64,
+    spp: int | None = None,
     sampler: str = "stratified",
     order: int = 0,
     debias: str = "none",
@@ -158,6 +292,11 @@ def render(
     jitter: bool = True,
     size: tuple[int, int] | None = None,
     seed: int = 0,
+    per_round: int | None = None,
+    seconds: float | None = None,
+    target_error: float | None = None,
+    resume: bool = False,
+    show_progress: bool = True,
 ) -> dict[str, Any]:
     """Render a scene with its own integrator inside ``reweighted`` and write the image.
 
@@ -166,49 +305,82 @@ def render(
     scene : str or path
         Mitsuba XML file, or the name of a built-in scene.
     out : str or path
-        Image file to write: .exr (linear) or .png (sRGB).
+        Image file to write: .exr (linear; with the channels ``lambda``, the blend's λ, and ``variance``, the
+        estimated variance of each pixel, if there are two rounds) or .png (sRGB).
     domain, sampler, order, debias, weighted, blend, jitter
         As the properties of the plug-in, :class:`voroquad.mitsuba.integrator.Reweighted`.
-    spp : int
-        Samples per pixel.
+    spp, per_round, seconds, target_error
+        How long to render, see :class:`Plan`. Each round takes new sample sets.
     size : (int, int), optional
         Width and height in pixels; by default those of the scene.
     seed : int
-        Seed of the table and of the rendering.
+        Seed of the tables and of the rendering.
+    resume : bool
+        Go on from the state beside the image. After each round of several, the image so far and the file
+        ``out.state.npz`` are on disk; a render that is resumed ends with the same bits as one that is not interrupted.
+    show_progress : bool
+        A progress bar on standard error.
 
     Returns
     -------
     dict
-        The path written, the size, and the mean radiance.
+        The path written, the size, the rounds and samples per pixel, the mean radiance, the error
+        (`Rounds.error`, None for a single round).
 
     Raises
     ------
     ValueError
-        There is no such scene or it is malformed; the scene lacks the domain; what the plug-in refuses.
+        There is no such scene or it is malformed; the scene lacks the domain; what the plug-in refuses; there is
+        nothing to resume from, or it belongs to other options.
     """
-    spp = positive_int("spp", spp)
+    plan = Plan(spp, per_round, seconds, target_error)
     check_seed(seed)
     one_of("image format", Path(out).suffix.lower(), (".exr", ".png"))
     loaded = load_scene(scene, size, domain)
-    integrator = make_integrator(
-        "reweighted",
-        own_integrator(loaded),
-        domain=domain,
-        sampler=sampler,
-        order=order,
-        debias=debias,
-        weighted=weighted,
-        blend=blend,
-        jitter=jitter,
-        table_seed=seed,
-    )
-    image = render_image(loaded, integrator, spp, seed)
-    write_image(image, out)
+    settings = {"domain": domain, "sampler": sampler, "order": order, "debias": debias, "weighted": weighted,
+                "blend": blend, "jitter": jitter}  # fmt: skip
+    integrator = make_integrator("reweighted", own_integrator(loaded), table_seed=seed, **settings)
+    integrator.check(loaded, loaded.sensors()[0])
+    key = settings | {
+        "scene": hashlib.sha256(scene_path(scene).read_bytes()).hexdigest(),
+        "size": [int(n) for n in loaded.sensors()[0].film().crop_size()],
+        "round": plan.n,
+        "seed": seed,
+        "variant": mi.variant(),
+        "versions": [__version__, mi.__version__],
+    }
+
+    rounds = Rounds.load(state_path(out), key) if resume else None
+    if rounds is not None:  # perhaps nothing is left to do, and the image was not written
+        write_rounds(loaded, integrator, rounds, out)
+    start, here = time.monotonic(), 0
+    with progress_bar(plan.rounds, show=show_progress and plan.several) as advance:
+        end = None if rounds is None else plan.end(rounds, 0, 0)
+        advance(_progress(rounds), rounds.count if rounds else 0, end)
+        while rounds is None or end is None or rounds.count < end:
+            rounds = add_round(loaded, integrator, rounds, plan.n, seed)
+            here += 1
+            if plan.several:
+                rounds.save(state_path(out), key)
+            write_rounds(loaded, integrator, rounds, out)
+            end = plan.end(rounds, time.monotonic() - start, here)
+            advance(_progress(rounds), 1, end)
+    image = rounds.image
     height, width = image.shape[:2]
     return {
         "output": os.fspath(out),
         "width": width,
         "height": height,
-        "spp": spp,
+        "spp": rounds.count * plan.n,
+        "rounds": rounds.count,
         "mean": float(image[..., :3].mean()),
+        "error": rounds.error if math.isfinite(rounds.error) else None,
     }
+
+
+def _progress(rounds: Rounds | None) -> str:
+    """What the progress bar says."""
+    if rounds is None:
+        return "round 1"
+    error = f", error {rounds.error:.2%}" if math.isfinite(rounds.error) else ""
+    return f"round {rounds.count}{error}"

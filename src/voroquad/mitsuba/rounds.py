@@ -1,0 +1,139 @@
+"""Rendering in rounds: the mean of independent images, what is known of its error, and all state to go on from.
+
+No Mitsuba here: a round is a `Pass`, whoever rendered it.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+from typing import Any
+
+import numpy as np
+
+from .._files import atomic_path
+from .accumulation import Floats, Pass
+from .blend import Share, checkerboard, from_neighbours, halves_of_one_round
+
+#: Raise it when the arrays of a state change their meaning
+_FORMAT = 1
+
+
+class Rounds:
+    """The mean of rounds, each with the λ that the rounds before it suggest.
+
+    Parameters
+    ----------
+    height, width, channels : int
+        Size of the images: colours, then other channels.
+    blend : bool
+        Choose λ; if false it is 1.
+
+    Notes
+    -----
+    Round r adds E_r = A_r + λ_r D_r. The first round's λ is that of the other half of a checkerboard of its pixels
+    (`halves_of_one_round`), later ones' that of all pixels of the rounds before. So λ_r does not depend on what it
+    multiplies, and the E_r have equal means and no correlation: Σ (E_r − Ē)² / (R (R − 1)) estimates the variance of
+    their mean Ē without bias, as it would were they independent. Sums are in double precision, round after round.
+    """
+
+    def __init__(self, height: int, width: int, channels: int, blend: bool = True) -> None:
+        self.blend = blend
+        self.count = 0
+        self.share = Share(height, width)
+        self.colours = np.zeros((height, width, 3))  # Σ E
+        self.squares = np.zeros((height, width, 3))  # Σ E²
+        self.others = np.zeros((height, width, channels - 3))  # Σ of the channels that have no weights
+        self.plain = np.zeros((height, width, 3))  # Σ A of pixels: what the next round's is compared with
+        self.lambdas = np.zeros((height, width))  # Σ λ
+
+    def add(self, done: Pass) -> None:
+        """Add a round."""
+        first = self.count == 0
+        if not self.blend:
+            share = np.ones((2, *done.size))
+        elif first:
+            share = halves_of_one_round(done.pixel_plain, done.pixel_difference, checkerboard(*done.size))
+        else:
+            share = np.broadcast_to(self.share.map(), (2, *done.size))
+        colours = done.blended(share)
+        self.colours += colours
+        self.squares += colours**2
+        self.others += done.plain[..., 3:]
+        self.lambdas += np.where(checkerboard(*done.size) == 0, *share)
+        if self.blend and min(done.size) >= 3:
+            centre = from_neighbours(done.pixel_plain) if first else self.plain / self.count
+            self.share.observe(done.pixel_plain, done.pixel_difference, centre)
+        self.plain += done.pixel_plain
+        self.count += 1
+
+    @property
+    def image(self) -> Floats:
+        """Means (height, width, channels)."""
+        return np.concatenate([self.colours, self.others], -1) / self.count
+
+    @property
+    def mean_lambda(self) -> Floats:
+        """Mean λ (height, width) over the rounds."""
+        return self.lambdas / self.count
+
+    @property
+    def variance(self) -> Floats:
+        """Estimated variance (height, width, 3) of the mean's colours; it takes two rounds."""
+        if self.count < 2:
+            raise ValueError(f"the variance needs two rounds or more, got {self.count}")
+        spread = self.squares - self.colours**2 / self.count
+        return np.maximum(spread, 0) / (self.count * (self.count - 1))
+
+    @property
+    def error(self) -> float:
+        """Standard error of a pixel (root mean square over the image) over the mean radiance; inf before round 2."""
+        if self.count < 2:
+            return math.inf
+        level = abs(float(self.colours.mean())) / self.count
+        return math.sqrt(float(self.variance.mean())) / level if level > 0 else 0.0
+
+    # ------------------------------------------------------------------ the state on disk
+
+    _ARRAYS = ("colours", "squares", "others", "plain", "lambdas")
+
+    def save(self, path: str | os.PathLike[str], key: dict[str, Any]) -> None:
+        """Write the state, whole or not at all, with the settings `key` that it belongs to."""
+        arrays = {name: getattr(self, name) for name in self._ARRAYS}
+        arrays |= {"share_products": self.share.products, "share_squares": self.share.squares}
+        header = json.dumps({"format": _FORMAT, "count": self.count, "blend": self.blend, "key": key})
+        with atomic_path(path) as temporary, temporary.open("wb") as file:
+            np.savez(file, header=np.array(header), **arrays)
+
+    @classmethod
+    def load(cls, path: str | os.PathLike[str], key: dict[str, Any]) -> Rounds:
+        """Read what :meth:`save` wrote with the same `key`.
+
+        Raises
+        ------
+        ValueError
+            There is no such file, it is damaged, or it belongs to other settings.
+        """
+        try:
+            with np.load(path, allow_pickle=False) as file:
+                header = json.loads(str(file["header"]))
+                arrays = {name: file[name] for name in (*cls._ARRAYS, "share_products", "share_squares")}
+            height, width = arrays["lambdas"].shape
+            rounds = cls(height, width, 3 + arrays["others"].shape[-1], header["blend"])
+            known, rounds.count = header["key"], int(header["count"])
+            current = header["format"] == _FORMAT
+        except FileNotFoundError:
+            raise ValueError(f"there is no {os.fspath(path)!r} to resume from; leave --resume out") from None
+        except Exception as error:  # a damaged archive fails in as many ways as zipfile, numpy and json have parts
+            raise ValueError(f"{os.fspath(path)!r} is no state of a render or is damaged ({error})") from None
+        other = sorted(name for name in known.keys() | key.keys() if known.get(name) != key.get(name))
+        if other or not current:
+            what = "; ".join(f"{name} is {key.get(name)!r}, was {known.get(name)!r}" for name in other) or "its format"
+            raise ValueError(
+                f"{os.fspath(path)!r} belongs to another render ({what}); give the same options, or leave --resume out"
+            )
+        for name in cls._ARRAYS:
+            setattr(rounds, name, arrays[name])
+        rounds.share.products, rounds.share.squares = arrays["share_products"], arrays["share_squares"]
+        return rounds
