@@ -27,7 +27,7 @@ def pass_(rng, domain=0.3, other=0.3):
 
 def render(seed, count, blend=True, **noise):
     rng = np.random.default_rng(seed)
-    rounds = Rounds(*SHAPE, 4, blend=blend)
+    rounds = Rounds((*SHAPE, 4), blend=blend)
     for _ in range(count):
         rounds.add(pass_(rng, **noise))
     return rounds
@@ -36,7 +36,7 @@ def render(seed, count, blend=True, **noise):
 def test_without_blend_it_is_the_weighted_mean():
     rng = np.random.default_rng(1)
     passes = [pass_(rng) for _ in range(5)]
-    rounds = Rounds(*SHAPE, 4, blend=False)
+    rounds = Rounds((*SHAPE, 4), blend=False)
     for done in passes:
         rounds.add(done)
     weighted = [done.plain[..., :3] + done.differences.sum(0) for done in passes]
@@ -88,7 +88,7 @@ KEY = {"domain": "lens", "seed": 3, "size": [24, 20]}
 def test_a_saved_state_goes_on_with_the_same_bits(tmp_path, at):
     rng = np.random.default_rng(5)
     passes = [pass_(rng) for _ in range(6)]
-    whole, first = Rounds(*SHAPE, 4), Rounds(*SHAPE, 4)
+    whole, first = Rounds((*SHAPE, 4)), Rounds((*SHAPE, 4))
     for done in passes:
         whole.add(done)
     for done in passes[:at]:

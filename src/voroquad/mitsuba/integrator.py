@@ -439,7 +439,7 @@ class Reweighted(Plain):
             sensor = scene.sensors()[sensor]
         with dr.suspend_grad():
             done = self.render_pass(scene, sensor, seed, spp)
-            rounds = Rounds(*done.plain.shape, blend=self.blend)
+            rounds = Rounds(done.plain.shape, blend=self.blend)
             rounds.add(done)
             return self.develop(sensor.film(), rounds)
 

@@ -250,7 +250,7 @@ def add_round(scene: mi.Scene, integrator: mi.Integrator, rounds: Rounds | None,
         integrator.redraw(round_seed(seed, number))
     with one_line_errors():
         done = integrator.render_pass(scene, scene.sensors()[0], round_seed(seed, number), n)
-    rounds = rounds or Rounds(*done.plain.shape, blend=integrator.blend)
+    rounds = rounds or Rounds(done.plain.shape, blend=integrator.blend)
     rounds.add(done)
     return rounds
 

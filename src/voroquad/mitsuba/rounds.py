@@ -25,8 +25,8 @@ class Rounds:
 
     Parameters
     ----------
-    height, width, channels : int
-        Size of the images: colours, then other channels.
+    shape : tuple of int
+        Height, width and channels of the images: colours, then other channels.
     blend : bool
         Choose λ; if false it is 1.
 
@@ -38,7 +38,8 @@ class Rounds:
     their mean Ē without bias, as it would were they independent. Sums are in double precision, round after round.
     """
 
-    def __init__(self, height: int, width: int, channels: int, blend: bool = True) -> None:
+    def __init__(self, shape: tuple[int, ...], *, blend: bool = True) -> None:
+        height, width, channels = shape
         self.blend = blend
         self.count = 0
         self.share = Share(height, width)
@@ -120,7 +121,7 @@ class Rounds:
                 header = json.loads(str(file["header"]))
                 arrays = {name: file[name] for name in (*cls._ARRAYS, "share_products", "share_squares")}
             height, width = arrays["lambdas"].shape
-            rounds = cls(height, width, 3 + arrays["others"].shape[-1], header["blend"])
+            rounds = cls((height, width, 3 + arrays["others"].shape[-1]), blend=header["blend"])
             known, rounds.count = header["key"], int(header["count"])
             current = header["format"] == _FORMAT
         except FileNotFoundError:
