@@ -22,15 +22,9 @@ WEIGHTS = {
     "leave-one-out": "leave-one-out",
 }
 
-SAMPLERS = {
-    "uniform": "uniform",
-    "stratified": "stratified",
-    "regular": "regular grid",
-    "sobol": "Sobol'",
-    "halton": "Halton",
-    "zero-two": "(0,2)-sequence",
-}
-assert SAMPLERS.keys() == DESIGNS.keys()
+_TITLES = {"regular": "regular grid", "sobol": "Sobol'", "halton": "Halton", "zero-two": "(0,2)-sequence"}
+#: Every sampler, by its name in ``voroquad.sample``, with the name to show.
+SAMPLERS = {design: _TITLES.get(design, design) for design in DESIGNS}
 
 
 def offered(design: str, d: int) -> dict[str, list[int]]:
