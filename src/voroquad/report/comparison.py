@@ -12,7 +12,6 @@ from ..results import ImageComparison, Rendering
 from .embed import embedded
 from .errors import Errors, read_errors
 from .images import PALETTE, ZERO_BITS, Pixels, pack, read_exr, viewer_plots
-from .numbers import scientific
 
 #: At first, errors up to so many rms errors of the baseline have a colour of their own
 SCALE_IN_RMS = 3.0
@@ -85,7 +84,7 @@ def _described(rendering: Rendering, key: str, errors: Errors, path: Path) -> di
     if cell is None:
         raise ValueError(f"{path} has no line for {rendering.method!r} at {rendering.spp} spp; make the folder again")
     name = f"{rendering.method}, {rendering.spp} spp"
-    return {"key": key, "method": rendering.method, "spp": rendering.spp, "name": name, "mse": scientific(cell.mse)}
+    return {"key": key, "method": rendering.method, "spp": rendering.spp, "name": name, "mse": cell.mse}
 
 
 def _scale(errors: Errors, baseline: str) -> float:

@@ -1,8 +1,11 @@
-"""Numbers as people read them."""
+"""Numbers and symbols as people read them."""
 
 from __future__ import annotations
 
 import math
+import re
+
+from markupsafe import Markup, escape
 
 from ..equal_error import Samples
 
@@ -38,3 +41,8 @@ def ratio(samples: Samples) -> str:
         return "–"
     text = f"{samples.n:.2f}" if samples.n < 10 else f"{samples.n:.1f}" if samples.n < 100 else f"{samples.n:.0f}"
     return "≈ " * samples.extrapolated + text
+
+
+def subscripts(text: str) -> Markup:
+    """HTML of a text whose estimators have their index below: Î_GR."""
+    return Markup(re.sub(r"Î_([A-Z]+)", r"Î<sub>\1</sub>", str(escape(text))))

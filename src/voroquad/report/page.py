@@ -13,11 +13,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from .. import __version__
 from .._files import atomic_path
 from ..results import Figure, ImageComparison, Results, Section, Table
 from .comparison import Viewer, make_viewer
 from .embed import library
-from .numbers import is_number, ratio, scientific, shortened, signed
+from .numbers import is_number, ratio, scientific, shortened, signed, subscripts
 from .plots import Plots, make_plots
 
 try:
@@ -66,12 +67,22 @@ def write_report(
         lstrip_blocks=True,
     )
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False}  # Bokeh refers backwards only
-    environment.filters |= {"scientific": scientific, "signed": signed, "shortened": shortened, "ratio": ratio}
+    environment.filters |= {
+        "scientific": scientific,
+        "signed": signed,
+        "shortened": shortened,
+        "ratio": ratio,
+        "subscripts": subscripts,
+    }
     sections = [section for part in parts for section in part.results.sections]
     comparisons = any(section.comparisons for section in sections)
     plots = comparisons or any(figure.plots for section in sections for figure in section.figures)
     page = environment.get_template("page.html").render(
-        title=title or _title(parts), parts=parts, comparisons=comparisons, library=library() if plots else ""
+        title=title or _title(parts),
+        parts=parts,
+        comparisons=comparisons,
+        library=library() if plots else "",
+        version=__version__,
     )
     output = Path(output) if output is not None else Path(folders[0], PAGE) if len(folders) == 1 else Path(PAGE)
     with atomic_path(output) as temporary:

@@ -16,6 +16,7 @@ from .genz import FAMILIES
 
 _COLORS = {"qmc_quad": BLUE, "cubature": MUTED, "vegas": GREEN, "qmcpy": PURPLE, "control": SKY, "cubic": VERMILION}
 _MARKERS = "osD^v<>P"
+_DASHES = ("solid", "dashed", "dotted")  # instead of the markers, in the report
 
 Row = Mapping[str, Any]
 
@@ -46,7 +47,10 @@ def draw_ratios(d: int, rows: Sequence[Row], instances: int) -> Drawing:
         f"family of integrands at {sizes[-1]} evaluations, and over all families against the number of evaluations.",
         plots=[Plot("n", "mse_ratio", "evaluations", "MSE of the peer / MSE of vq.quad", where={"family": "all"})],
         series="peer",
-        lines={peer: Line(style["color"], marker="circle") for peer, style in styles.items()},
+        lines={
+            peer: Line(style["color"], _DASHES[_MARKERS.index(style["marker"]) % len(_DASHES)], "circle")
+            for peer, style in styles.items()
+        },
     )
 
 

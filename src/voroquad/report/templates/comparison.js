@@ -31,6 +31,12 @@ function rgba(hex) {
   return (0xff000000 | (parseInt(hex.slice(5, 7), 16) << 16) | (parseInt(hex.slice(3, 5), 16) << 8) | parseInt(hex.slice(1, 3), 16)) >>> 0;
 }
 
+// As scientific() in numbers.py: 1.23·10⁻⁵.
+function scientific(value) {
+  const [mantissa, exponent] = value.toExponential(2).split("e");
+  return `${mantissa}·10${String(Number(exponent)).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)])}`;
+}
+
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
 const fixed = (value) => (Number.isFinite(value) ? value.toPrecision(4) : String(value)).replace("-", "−");
 
@@ -41,13 +47,14 @@ class Comparison {
     this.area = this.data.width * this.data.height;
     this.palette = Uint32Array.from(this.data.palette, rgba);
     this.known = new Map(this.data.renderings.map((r) => [r.key, r]));
-    this.known.set(this.data.reference, { key: this.data.reference, name: "Reference", mse: null });
+    this.known.set(this.data.reference, { key: this.data.reference, name: "Reference" });
     this.methods = [...new Set(this.data.renderings.map((r) => r.method))];
     this.spps = [...new Set(this.data.renderings.map((r) => r.spp))].sort((a, b) => a - b);
     this.exposure = 0;
     this.scale = this.data.scale;
     this.split = 0.5;
     this.tones = new Map();
+    this.wanted = {};
   }
 
   find(selector) {
@@ -142,14 +149,28 @@ class Comparison {
   // ------------------------------------------------------------------ state
 
   async choose(side, key) {
-    this[side] = await this.load(key);
+    this.wanted[side] = key;
+    const image = await this.load(key);
+    if (this.wanted[side] !== key) return; // something else was chosen meanwhile
+    this[side] = image;
     this.find(`select.${side}`).value = key;
     for (const tag of this.root.querySelectorAll(`.tag.${side}`)) tag.textContent = this[side].name;
     this.find(`.readout .${side} th`).textContent = this[side].name;
     for (const card of this.root.querySelectorAll(".card")) {
       card.classList.toggle(side, card.dataset.key === key);
     }
-    if (this.left && this.right) this.draw();
+    if (!this.left || !this.right) return;
+    this.find(".verdict").textContent = this.verdict;
+    this.draw();
+  }
+
+  // How the two compare, in words.
+  get verdict() {
+    const told = ({ name, mse }) => (mse === undefined ? "the reference" : `${name} (MSE ${scientific(mse)})`);
+    const [left, right] = [this.left, this.right];
+    if (left.mse === undefined || right.mse === undefined || left.mse === right.mse) return `${told(left)} and ${told(right)}`;
+    const [better, worse] = left.mse < right.mse ? [left, right] : [right, left];
+    return `${told(better)} has ${(worse.mse / better.mse).toPrecision(3)} times less squared error than ${told(worse)}`;
   }
 
   rendering(method, spp) {
@@ -271,7 +292,7 @@ class Comparison {
       const below = card.querySelector(".error");
       if (method) this.crop(below, box, (k) => this.tint(image, k));
       else this.overview(below, box);
-      card.querySelector(".numbers").textContent = known.mse ? `MSE ${known.mse}` : "";
+      card.querySelector(".numbers").textContent = method ? `MSE ${scientific(known.mse)}` : "";
       card.title = `Show ${known.name} on the right`;
     }
   }
@@ -310,6 +331,9 @@ class Comparison {
     on(".whole", "click", () => this.view(0, 0, this.data.width));
     on(".zoom-in", "click", () => this.zoom(1.5));
     on(".zoom-out", "click", () => this.zoom(1 / 1.5));
+    on(".enlarge", "click", ({ currentTarget: button }) => {
+      button.setAttribute("aria-pressed", this.root.classList.toggle("large"));
+    });
     for (const button of this.root.querySelectorAll(".closeup")) {
       button.addEventListener("click", () => this.closeup(this.data.closeups[Number(button.dataset.closeup)]));
     }
@@ -372,8 +396,8 @@ class Comparison {
       ArrowUp: event.shiftKey && (() => this.move(0, -0.25)),
       ArrowDown: event.shiftKey && (() => this.move(0, 0.25)),
     };
-    const method = this.methods[Number(event.key) - 1];
-    const action = actions[event.key] || (method && (() => this.choose("right", this.rendering(method, this.spp).key)));
+    const numbered = this.rendering(this.methods[Number(event.key) - 1], this.spp);
+    const action = actions[event.key] || (numbered && (() => this.choose("right", numbered.key)));
     if (!action) return;
     event.preventDefault();
     action();
