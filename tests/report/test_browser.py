@@ -224,6 +224,42 @@ def test_pixels_tell_their_numbers(flat, opened):
         np.testing.assert_allclose(row[3], (image - flat.reference)[8, 28].mean(), rtol=1e-2, atol=1e-9)
 
 
+def test_the_two_are_compared_in_words(flat, opened):
+    mse = {m: np.mean((flat.images[m, 64] - flat.reference) ** 2) for m in ("plain", "weighted")}
+    verdict = opened.locator(".verdict")
+    told = f"has {mse['plain'] / mse['weighted']:#.3g} times less squared error than plain, 64 spp"
+    expect(verdict).to_contain_text(told)
+    opened.get_by_role("button", name="Swap left and right").click()
+    expect(verdict).to_contain_text(told)  # whichever side it is on
+    opened.get_by_label("Right image", exact=True).select_option(label="Reference")
+    expect(verdict).to_contain_text("and the reference")
+
+
+def test_of_two_choices_the_last_one_counts(flat, opened):
+    """However long the pixels of the first take to unpack."""
+    opened.evaluate("""() => {
+      const choice = document.querySelector("select.right");
+      for (const label of ["other, 16 spp", "weighted, 64 spp"]) {
+        choice.value = [...choice.options].find((o) => o.text === label).value;
+        choice.dispatchEvent(new Event("change"));
+      }
+    }""")
+    opened.wait_for_timeout(500)
+    expect(opened.locator(".tag.right").first).to_have_text("weighted, 64 spp")
+
+
+def test_pictures_can_be_larger(flat, opened):
+    stage = Stage(opened, "image").locator
+    button = opened.get_by_role("button", name="Enlarge")
+    before = stage.bounding_box()
+    button.click()
+    opened.wait_for_timeout(300)
+    after = stage.bounding_box()
+    assert after["width"] > 1.9 * before["width"]
+    assert after["height"] / after["width"] == pytest.approx(before["height"] / before["width"], rel=0.01)
+    button.click()
+
+
 @pytest.mark.parametrize("kind", ["CSV", "JSON"])
 def test_pixels_in_view_can_be_taken(flat, opened, kind):
     opened.get_by_role("button", name="Close-up 1").click()

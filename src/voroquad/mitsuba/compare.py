@@ -150,7 +150,8 @@ def compare(
                 measured.append(measure(loaded, method, reference, domain, jitter, n, seed))
                 advance(f"{method.label}, {n} spp", n)
         command = _command(scene, out, domain, spp, size, seed, jitter)
-        results = _report(folder, reference, measured, command, jitter)
+        title = f"{Path(scene).stem}: renderings compared"
+        results = Results(title, command, _sections(folder, reference, measured, jitter))
         results.write(folder)
     return results
 
@@ -230,7 +231,7 @@ def slope(spp: Sequence[int], mse: Sequence[float]) -> float | None:
 # ---------------------------------------------------------------------- what is left in the folder
 
 
-def _report(folder: Path, reference: Reference, measured: list[Measurement], command: str, jitter: bool) -> Results:
+def _sections(folder: Path, reference: Reference, measured: list[Measurement], jitter: bool) -> list[Section]:
     """Write images, numbers and plot; say what they are."""
     for name in ("images", "differences", "closeups"):
         (folder / name).mkdir()
@@ -267,7 +268,7 @@ def _report(folder: Path, reference: Reference, measured: list[Measurement], com
         [Plot("spp", "mse", "samples per pixel", mse, None, 1), Plot("seconds", "mse", "seconds", mse, None, 0)],
         lines={method.label: line_style(method.label) for method in METHODS},
     )
-    return Results("Renderings compared", command, [
+    return [
         Section(
             "Images",
             f"All methods render the scene's own integrator and sample {where}, at equal samples per pixel. The "
@@ -276,7 +277,7 @@ def _report(folder: Path, reference: Reference, measured: list[Measurement], com
             comparisons=[comparison],
         ),
         Section("Errors", figures=[error_figure]),
-    ])  # fmt: skip
+    ]
 
 
 def _stem(m: Measurement) -> str:
