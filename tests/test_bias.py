@@ -74,6 +74,27 @@ def test_against_simulation(design, n, x):
     assert abs(vq.bias_function([x], n=n, design=design)[0] - mean) < 5.5 * error
 
 
+# 5.5 standard errors of about 0.0007: three digits
+@pytest.mark.slow
+@pytest.mark.statistical
+@pytest.mark.parametrize(
+    ("design", "n", "x"),
+    [
+        ("uniform", 64, (0.02, 0.5)),
+        ("uniform", 64, (0.01, 0.01)),
+        ("stratified", 64, (0.3, 0.02)),
+        ("uniform", 27, (0.02, 0.05, 0.01)),
+        ("stratified", 27, (0.1, 0.02, 0.3)),
+    ],
+)
+def test_three_digits_against_simulation(design, n, x):
+    batches = [simulated(x, n, design, 25_000, rng=seed) for seed in range(16)]
+    mean = np.mean([m for m, _ in batches])
+    error = np.sqrt(np.mean([e**2 for _, e in batches]) / len(batches))
+    assert error < 1e-3
+    assert abs(vq.bias_function([x], n=n, design=design)[0] - mean) < 5.5 * error
+
+
 @pytest.mark.statistical
 @pytest.mark.parametrize("x", [(0.01, 0.01), (0.02, 0.5, 0.99)])
 def test_the_torus_has_no_bias(x):

@@ -15,6 +15,7 @@
 #include <cstddef>
 #include <numbers>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "gauss.hpp"
@@ -60,37 +61,41 @@ bool next(std::array<std::size_t, D> &i, Size &&size) {
     return false;
 }
 
-// |B(y, r) ∩ [0,1]^D| for y in the box, orthant by orthant. What lies between y and a corner
-// of the box is all inside the ball, or the ball's orthant loses a cap beyond each face, of
-// which two overlap in a wedge and three in nothing.
+// |B(y, r) ∩ [0,1]^D| for y in the box. The ball loses a cap beyond each face, which takes half of
+// its orthants, and gets back the wedges where two caps overlap. An orthant in which the ball has
+// the corner of the box inside is the box between y and that corner.
 template <int D>
 double ball_in_unit_box(const Point<D> &y, double r) {
-    const double r2 = r * r, orthant = unit_ball<D> / (1 << D) * power<D>(r);
-    double gap[D][2], cap[D][2], wedge[D][2][2];
+    constexpr int orthants = 1 << D;
+    const double r2 = r * r, orthant = unit_ball<D> / orthants * power<D>(r);
+    double gap[D][2], cap[D][2], wedge[D][2][2] = {}, measure = orthants * orthant;
     for (int a = 0; a < D; ++a)
         for (const int side : {0, 1}) {
             gap[a][side] = std::max(0.0, side ? 1.0 - y[a] : y[a]);
             cap[a][side] = gap[a][side] < r ? orthant_cap<D>(r, gap[a][side]) : 0.0;
+            measure -= orthants / 2 * cap[a][side];
         }
+    const auto square = [](double x) { return x * x; };
     if constexpr (D == 3)
         for (int a = 0; a < 3; ++a)
             for (const int side : {0, 1})
                 for (const int other : {0, 1}) {
                     const double u = gap[a][side], v = gap[(a + 1) % 3][other];
-                    wedge[a][side][other] = u * u + v * v < r2 ? orthant_wedge_3d(r, u, v) : 0.0;
+                    if (square(u) + square(v) >= r2) continue;
+                    wedge[a][side][other] = orthant_wedge_3d(r, u, v);
+                    measure += 2.0 * wedge[a][side][other];
                 }
 
-    double measure = 0.0;
-    for (int corner = 0; corner < 1 << D; ++corner) {
+    for (int corner = 0; corner < orthants; ++corner) {
         double box = 1.0, distance2 = 0.0, cut = orthant;
         for (int a = 0; a < D; ++a) {
             const int side = corner >> a & 1;
             box *= gap[a][side];
-            distance2 += gap[a][side] * gap[a][side];
+            distance2 += square(gap[a][side]);
             cut -= cap[a][side];
             if constexpr (D == 3) cut += wedge[a][side][corner >> (a + 1) % 3 & 1];
         }
-        measure += distance2 <= r2 ? box : cut;
+        if (distance2 <= r2) measure += box - cut;
     }
     return measure;
 }
@@ -170,7 +175,8 @@ private:
 
 // ------------------------------------------------------------------ designs
 // A design knows P(no other sample in B(y, r)), the planes where that is not smooth once the
-// ball touches them, and how far along a ray it is worth looking.
+// ball touches them, its integral along a ray before the ball touches any, and how far along a
+// ray it is worth looking.
 
 // N independent uniform samples: (1 − |B ∩ Ω|)^(N−1).
 template <int D>
@@ -186,6 +192,12 @@ public:
     double empty(const Point<D> &y, double r) const {
         const double inside = ball_in_unit_box<D>(y, r);
         return inside >= 1.0 ? 0.0 : std::exp((n_ - 1.0) * std::log(1.0 - inside));
+    }
+
+    // ∫ s^(D−1) P ds from 0 to t, balls of radius s · length that touch no side.
+    double untouched(double t, double length) const {
+        const double v = unit_ball<D> * power<D>(length);
+        return -std::expm1(n_ * std::log1p(-v * power<D>(t))) / (D * v * n_);
     }
 
     // Beyond this distance |B ∩ Ω| ≥ 2^−D |B| (for r ≤ 1) has left nothing of the probability.
@@ -234,6 +246,8 @@ public:
     std::span<const double> planes(int axis) const { return near_[axis]; }
     double reach() const { return reach_; }
     double end_of_ray(const Point<D> &, const Point<D> &, double) const { return 1.0; }
+    // The ball is inside the stratum that is left out: P = 1.
+    double untouched(double t, double) const { return power<D>(t) / D; }
 
     // Makes the stratum of x the one that is left out, and finds the planes near it.
     void enter(const Point<D> &x) {
@@ -295,7 +309,8 @@ template <int D, class Design>
 class BiasIntegral {
 public:
     BiasIntegral(Design design, const Resolution &resolution)
-        : design_(std::move(design)), across_(3, resolution.across), along_(3, resolution.along) {}
+        : design_(std::move(design)), across_(3, resolution.across),
+          along_(D == 2 ? 3 : 2, resolution.along) {}
 
     double operator()(const Point<D> &x) {
         design_.enter(x);
@@ -327,22 +342,31 @@ private:
             }
             for (const double extent : {lower[b] - x[b], upper[b] - x[b]})
                 for (const auto &[node, w] : across_(std::abs(extent) / design_.reach())) {
-                    e[b] = node * extent;
-                    self(self, b + 1, weight * w * std::abs(extent));
+                    const auto [place, slope] = spread(node, std::abs(extent));
+                    e[b] = place * extent;
+                    self(self, b + 1, weight * w * slope * std::abs(extent));
                 }
         };
         nest(nest, 0, 1.0);
         return sum;
     }
 
+    // Nodes u in [0, 1] of a panel, denser near the foot of x: sinh(k u) / sinh(k) and its
+    // derivative. Rays much longer than the reach of P are alike but for their length.
+    std::pair<double, double> spread(double u, double extent) const {
+        const double k = std::asinh(extent / (0.4 * design_.reach()));
+        if (k == 0.0) return {u, 1.0};
+        return {std::sinh(k * u) / std::sinh(k), k * std::cosh(k * u) / std::sinh(k)};
+    }
+
     double along_ray(const Point<D> &x, const Point<D> &e) {
         double length2 = 0.0;
         for (const double c : e) length2 += c * c;
         const double length = std::sqrt(length2);
-        find_breaks(x, e, length, design_.end_of_ray(x, e, length));
+        const bool touches = find_breaks(x, e, length, design_.end_of_ray(x, e, length));
 
-        double sum = 0.0;
-        for (std::size_t p = 0; p + 1 < breaks_.size(); ++p) {
+        double sum = touches ? 0.0 : design_.untouched(breaks_[1], length);
+        for (std::size_t p = !touches; p + 1 < breaks_.size(); ++p) {
             const double begin = breaks_[p], width = breaks_[p + 1] - begin;
             if (width <= 0.0) continue;
             double panel = 0.0, largest = 0.0;
@@ -363,7 +387,9 @@ private:
     }
 
     // t where B(x + t e, t |e|) first touches a plane, or in the plane a corner of the grid.
-    void find_breaks(const Point<D> &x, const Point<D> &e, double length, double end) {
+    // Returns whether it touches one from the start, as x lies on it.
+    bool find_breaks(const Point<D> &x, const Point<D> &e, double length, double end) {
+        bool touches = false;
         breaks_.assign({0.0, end});
         const auto add = [&](double t) {
             if (t > 0.0 && t < end) breaks_.push_back(t);
@@ -371,6 +397,7 @@ private:
         for (int a = 0; a < D; ++a)
             for (const double plane : design_.planes(a)) {
                 const double q = plane - x[a];
+                touches |= q == 0.0;
                 add(q > 0.0 ? q / (length + e[a]) : -q / (length - e[a]));
             }
         if constexpr (D == 2)
@@ -380,6 +407,7 @@ private:
                     add((q[0] * q[0] + q[1] * q[1]) / (2.0 * (q[0] * e[0] + q[1] * e[1])));
                 }
         std::sort(breaks_.begin(), breaks_.end());
+        return touches;
     }
 
     Design design_;

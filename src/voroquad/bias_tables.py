@@ -23,7 +23,7 @@ from ._files import atomic_path
 Floats = NDArray[np.float64]
 
 #: Part of every file name; raise it when values, nodes or layout change.
-_FORMAT = 1
+_FORMAT = 2
 _POINTS_AT_A_TIME = 4096  # when interpolating
 
 
@@ -153,7 +153,7 @@ def layer_depth(n: int, d: int) -> float:
     Deeper, G is 1 to 1e-5: a ball that touches the border is large enough to hold a sample almost
     surely. For d = 1 the probability falls as exp(−n x) only.
     """
-    return min(0.5, {1: 20.0, 2: 5.0, 3: 3.5}[d] * n ** (-1 / d))
+    return min(0.5, {1: 20.0, 2: 5.0, 3: 3.0}[d] * n ** (-1 / d))
 
 
 def kinds_of_strata(k: int, strata: tuple[int, ...]) -> int:
@@ -169,8 +169,9 @@ def uniform_plan(n: int, d: int) -> Plan:
     """The table of n independent uniform samples: one corner of the boundary layer."""
     spacing = n ** (-1 / d)
     depth = layer_depth(n, d)
-    nodes = round(12 + 2.4 * depth / spacing) if d == 2 else round(6 + 2.8 * depth / spacing)
-    resolution = (12, 16) if d == 2 else (8, 10)
+    nodes = round(12 + 2.4 * depth / spacing) if d == 2 else round(5 + 3.6 * depth / spacing)
+    few = n < 125  # balls that touch all the sides at once
+    resolution = (12, 16) if d == 2 else (8, 10) if few else (7, 8)
     return Plan(f"uniform-{d}d-{n}", (BoundaryLayer(depth),) * d, nodes, resolution, n, None)
 
 
