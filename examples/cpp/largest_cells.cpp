@@ -21,7 +21,7 @@ int main() {
     std::vector<double> farthest(threads, 0.0), area(threads, 0.0);
     voroquad::for_each_cell<2>(
         workspace, voroquad::Domain::torus, threads,
-        [&](std::size_t, const voroquad::ConvexPolygon &cell, unsigned worker) {
+        [&](std::size_t, const auto &cell, unsigned worker) {
             farthest[worker] = std::max(farthest[worker], cell.squared_radius());
             area[worker] += cell.measure();
         });

@@ -12,12 +12,15 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <span>
 #include <type_traits>
 #include <vector>
 
 #include "domain.hpp"
+#include "gift_wrap.hpp"
 #include "interval.hpp"
+#include "neighbourhood.hpp"
 #include "parallel.hpp"
 #include "points.hpp"
 #include "polygon.hpp"
@@ -26,7 +29,6 @@
 #include "tree.hpp"
 
 namespace voroquad {
-
 template <int D>
 using ConvexCell = std::conditional_t<D == 2, ConvexPolygon, ConvexPolyhedron>;
 
@@ -40,274 +42,192 @@ public:
     void cut_leaf(const PointTree<D> &tree, Domain domain, std::size_t leaf, Visit &&visit) {
         tree_ = &tree;
         domain_ = domain;
-        gather(leaf);
+        around_.collect(tree, domain, leaf);
+        near2_ = around_.reach() * around_.reach() * (D == 2 ? 0.7 : 0.55);
         const std::size_t begin = tree.leaf_begin(leaf), end = tree.leaf_begin(leaf + 1);
-        for (std::size_t s = begin; s < end; ++s) {
-            cut(s, s - begin);
-            visit(s, static_cast<const ConvexCell<D> &>(cell_));
+        if constexpr (D == 2) {
+            for (std::size_t s = begin; s < end; s += width)
+                wrap(s, std::min(width, end - s), s - begin, visit);
+        } else {
+            for (std::size_t s = begin; s < end; ++s) {
+                move_to(s);
+                around_.stand_at(site_, s - begin, 0.0, [](std::size_t) {});
+                cell_.reset(side_);
+                clip_between(0.0, near2_);
+                finish();
+                visit(s, static_cast<const ConvexCell<D> &>(cell_));
+            }
         }
     }
 
 private:
-    // Collects the points within reach_ of a leaf's box; the leaf's own come first.
-    void gather(std::size_t leaf) {
-        box_ = tree_->leaf_box(leaf);
-        spacing_ = tree_->spacing_near(leaf);
-        reach_ = (D == 2 ? 2.2 : 2.0) * spacing_;
-        for (int attempt = 0; attempt < 8; ++attempt, reach_ *= 0.5) {
-            candidates_ = 0;
-            add_leaf(leaf, box_, {});
-            for_each_turn(reach_, [&](const Point<D> &turn, bool home) {
-                const Box<D> box = relative(box_, turn);
-                tree_->within(box, reach_ * reach_, [&](std::size_t l) {
-                    if (!home || l != leaf) add_leaf(l, box, turn);
-                });
+    // Wraps the cells of `count` sites in the plane among the points nearest to each, which
+    // settles most of them; clips the others. The sites are points of the neighbourhood from
+    // `own` on.
+    template <class Visit>
+    void wrap(std::size_t first, std::size_t count, std::size_t own, Visit &&visit) {
+        wraps_.reset(around_.size() + 4);
+        for (std::size_t lane = 0; lane < count; ++lane) {
+            move_to(first + lane);
+            around_.stand_at(site_, own + lane, near2_,
+                             [&](std::size_t i) { wraps_.add(lane, around_.point(i)); });
+            for_each_mirror([&](const Point<2> &q) {
+                if (dot<2>(q, q) < near2_) wraps_.add(lane, q);
             });
-            if (candidates_ <= most_candidates) break;
         }
-    }
-
-    void add_leaf(std::size_t leaf, const Box<D> &box, const Point<D> &turn) {
-        const std::size_t begin = tree_->leaf_begin(leaf), end = tree_->leaf_begin(leaf + 1);
-        reserve(candidates_ + (end - begin) + lanes);
-        const double reach2 = reach_ * reach_;
-        std::array<const double *, D> from;
-        std::array<double *, D> to, turns;
-        for (int a = 0; a < D; ++a) {
-            from[a] = tree_->coordinates(a);
-            to[a] = candidate_[a].data();
-            turns[a] = turn_[a].data();
-        }
-        for (std::size_t s = begin; s < end; ++s) {
-            double distance2 = 0.0;
-            for (int a = 0; a < D; ++a) {
-                const double c = from[a][s];
-                to[a][candidates_] = c;
-                turns[a][candidates_] = turn[a];
-                const double above = c - box.hi[a], below = box.lo[a] - c;
-                const double gap = larger(larger(above, below), 0.0);
-                distance2 += gap * gap;
+        wraps_.wrap();
+        for (std::size_t lane = 0; lane < count; ++lane) {
+            const WrappedCell wrapped = wraps_.cell(lane);
+            if (wraps_.sound(lane) && reach2(wrapped) <= near2_) {
+                visit(first + lane, wrapped);
+                continue;
             }
-            candidates_ += distance2 <= reach2;
+            move_to(first + lane);
+            around_.stand_at(site_, own + lane, 0.0, [](std::size_t) {});
+            if (wraps_.sound(lane)) {
+                cell_.assign(wrapped);
+                for_each_mirror([&](const Point<2> &q) {
+                    if (dot<2>(q, q) < reach2(cell_)) cell_.clip(q);
+                });
+            } else {
+                cell_.reset(side_);
+                clip_between(0.0, near2_);
+            }
+            finish();
+            visit(first + lane, static_cast<const ConvexCell<D> &>(cell_));
         }
     }
 
-    void reserve(std::size_t n) {
-        if (distance2_.size() >= n) return;
-        n = std::max<std::size_t>(2 * n, 256);
-        for (auto &axis : candidate_) axis.resize(n);
-        for (auto &axis : turn_) axis.resize(n);
-        for (auto &axis : near_) axis.resize(n + 16);
-        distance2_.resize(n);
-        chosen_.resize(n);
-        nearest_.resize(n);
+    // Sides of the domain are the bisectors of the site and its mirror images.
+    template <class Visit>
+    void for_each_mirror(Visit &&visit) const {
+        visit(Point<2>{2.0 * side_.lo[0], 0.0});
+        visit(Point<2>{2.0 * side_.hi[0], 0.0});
+        visit(Point<2>{0.0, 2.0 * side_.lo[1]});
+        visit(Point<2>{0.0, 2.0 * side_.hi[1]});
     }
 
-    // Cuts the cell of a site, the candidate `own`.
-    void cut(std::size_t s, std::size_t own) {
+    void move_to(std::size_t s) {
         site_ = tree_->site(s);
-        Box<D> domain;
         for (int a = 0; a < D; ++a) {
             // On the torus the site's own images leave a box around it
-            domain.lo[a] = domain_ == Domain::box ? -site_[a] : -0.5;
-            domain.hi[a] = domain_ == Domain::box ? 1.0 - site_[a] : 0.5;
-        }
-        measure_distances();
-        distance2_[own] = std::numeric_limits<double>::infinity();
-
-        // The nearest points, then those still within reach of what is left
-        const double near2 = (D == 2 ? 4.0 : 2.2) * spacing_ * spacing_;
-        if (!trace(domain, near2)) {
-            cell_.reset(domain);
-            clip_between(0.0, near2);
-        }
-        clip_between(near2, reach2());
-
-        // All points within reach_ of the leaf's box have been seen
-        double seen = std::numeric_limits<double>::infinity();
-        for (int a = 0; a < D; ++a)
-            seen = std::min({seen, site_[a] - box_.lo[a], box_.hi[a] - site_[a]});
-        seen2_ = (seen + reach_) * (seen + reach_) * (1.0 - 1e-12);
-        if (reach2() > seen2_) search_far();
-    }
-
-    // The cell of the candidates up to a distance by a faster way than clipping, if there is
-    // one. A side of the domain is the bisector of the site and its mirror image.
-    bool trace(const Box<D> &domain, double near2) {
-        if constexpr (D == 2) {
-            const Point<2> images[] = {{2.0 * domain.lo[0], 0.0},
-                                       {2.0 * domain.hi[0], 0.0},
-                                       {0.0, 2.0 * domain.lo[1]},
-                                       {0.0, 2.0 * domain.hi[1]}};
-            std::size_t count = 0;
-            const auto add = [&](const Point<2> &q) {
-                near_[0][count] = q[0];
-                near_[1][count] = q[1];
-                ++count;
-            };
-            for (std::size_t block = 0; block < candidates_; block += 64) {
-                const std::size_t n = std::min<std::size_t>(candidates_ - block, 64);
-                for_each_bit(bits_below(distance2_.data() + block, n, near2),
-                             [&](std::size_t i) { add(relative_to_site(block + i)); });
-            }
-            for (const auto &q : images)
-                if (dot<2>(q, q) < near2) add(q);
-            if (!cell_.trace(near_[0].data(), near_[1].data(), count)) return false;
-            if (cell_.squared_radius() > near2) return false; // closed by nearly parallel lines
-            for (const auto &q : images)
-                if (const double r2 = dot<2>(q, q); r2 >= near2 && r2 < reach2()) cell_.clip(q);
-            return true;
-        } else {
-            return false;
+            side_.lo[a] = domain_ == Domain::box ? -site_[a] : -0.5;
+            side_.hi[a] = domain_ == Domain::box ? 1.0 - site_[a] : 0.5;
         }
     }
 
-    Point<D> relative_to_site(std::size_t i) const {
-        Point<D> q;
-        for (int a = 0; a < D; ++a) q[a] = candidate_[a][i] - site_[a];
-        if (domain_ == Domain::torus)
-            for (int a = 0; a < D; ++a) q[a] += turn_[a][i];
-        return q;
+    // Clips with all points that are not nearer than near2_ and may still cut the cell.
+    void finish() {
+        clip_between(near2_, reach2(cell_));
+        const double seen = around_.seen_from(site_);
+        seen2_ = seen * seen * (1.0 - 1e-12);
+        if (reach2(cell_) > seen2_) search_far();
     }
 
-    void measure_distances() {
-        const std::size_t n = candidates_;
-        double *distance2 = distance2_.data();
-        for (int a = 0; a < D; ++a) {
-            const double *c = candidate_[a].data(), *t = turn_[a].data();
-            const double s = site_[a];
-            if (domain_ == Domain::box) {
-                if (a == 0)
-                    for (std::size_t i = 0; i < n; ++i) distance2[i] = (c[i] - s) * (c[i] - s);
-                else
-                    for (std::size_t i = 0; i < n; ++i) distance2[i] += (c[i] - s) * (c[i] - s);
-            } else {
-                for (std::size_t i = 0; i < n; ++i) {
-                    const double q = (c[i] - s) + t[i];
-                    distance2[i] = (a == 0 ? 0.0 : distance2[i]) + q * q;
-                }
-            }
-        }
-    }
-
-    // Clips with the candidates whose squared distance is at least `from` and below `to`,
+    // Clips with the points around whose squared distance is at least `from` and below `to`,
     // roughly nearest first.
     void clip_between(double from, double to) {
-        std::size_t count = 0;
-        for (std::size_t block = 0; block < candidates_; block += 64) {
-            const double *distance2 = distance2_.data() + block;
-            const std::size_t n = std::min<std::size_t>(candidates_ - block, 64);
-            for_each_bit(
-                bits_below(distance2, n, to) & ~bits_below(distance2, n, from),
-                [&](std::size_t i) { chosen_[count++] = static_cast<std::uint32_t>(block + i); });
-        }
+        chosen_.clear();
+        around_.between(
+            from, to, [&](std::size_t i) { chosen_.push_back({around_.squared_distance(i), i}); });
+        sort_by_distance(from, to);
+        for (const auto &[distance2, i] : chosen_)
+            if (distance2 <= reach2(cell_)) cell_.clip(around_.point(i));
+    }
 
-        // Counting sort into shells, which a processor predicts better than comparisons
+    // Counting sort into shells, which a processor predicts better than comparisons
+    void sort_by_distance(double from, double to) {
         constexpr std::size_t shells = 16;
+        if (chosen_.size() < 4) return;
         std::array<std::uint32_t, shells + 1> start{};
         const double scale = to - from > 1e-290 ? shells * (1.0 - 1e-9) / (to - from) : 0.0;
-        const auto shell_of = [&](std::uint32_t i) {
-            return static_cast<std::size_t>((distance2_[i] - from) * scale);
+        const auto shell_of = [&](const Chosen &c) {
+            return static_cast<std::size_t>((c.distance2 - from) * scale);
         };
-        for (std::size_t k = 0; k < count; ++k) ++start[shell_of(chosen_[k]) + 1];
+        for (const Chosen &c : chosen_) ++start[shell_of(c) + 1];
         for (std::size_t k = 0; k < shells; ++k) start[k + 1] += start[k];
-        for (std::size_t k = 0; k < count; ++k)
-            nearest_[start[shell_of(chosen_[k])]++] = chosen_[k];
-
-        double reach = reach2();
-        for (std::size_t k = 0; k < count; ++k) {
-            const std::uint32_t i = nearest_[k];
-            if (distance2_[i] > reach) continue;
-            cell_.clip(relative_to_site(i));
-            reach = reach2();
-        }
+        sorted_.resize(chosen_.size());
+        for (const Chosen &c : chosen_) sorted_[start[shell_of(c)]++] = c;
+        chosen_.swap(sorted_);
     }
 
-    // Visits the rest of the tree, nearest boxes first, where a point could still cut the cell.
+    // Clips until no site is nearer to a vertex than the cell's own: then the cell is final.
+    // Points of one circle around an empty middle cost no more than others that way.
     void search_far() {
-        for_each_turn(std::numeric_limits<double>::infinity(), [&](const Point<D> &turn, bool) {
-            const Point<D> from = relative({site_, site_}, turn).lo;
-            const auto may_cut = [&](const Box<D> &box, double distance2) {
-                return distance2 <= reach2() && !seen(box, from) &&
-                       cell_.within_reach_of(seen_from_site(box, turn));
-            };
-            tree_->search({from, from}, may_cut, [&](std::size_t leaf, double) {
-                for (std::size_t s = tree_->leaf_begin(leaf); s < tree_->leaf_begin(leaf + 1);
-                     ++s) {
-                    Point<D> q = tree_->site(s);
-                    for (int a = 0; a < D; ++a) q[a] = (q[a] - site_[a]) + turn[a];
-                    const double distance2 = dot<D>(q, q);
-                    if (distance2 > seen2_ && distance2 <= reach2()) cell_.clip(q);
-                }
-            });
-        });
+        settled_.clear();
+        for (std::size_t i = 0; i < cell_.size(); ++i) {
+            const Point<D> v = cell_.vertex(i);
+            if (4.0 * dot<D>(v, v) * (1.0 + 1e-12) <= seen2_) continue;
+            if (std::find(settled_.begin(), settled_.end(), v) != settled_.end()) continue;
+            settled_.push_back(v);
+            if (const auto q = nearer_to(v)) {
+                cell_.clip(*q);
+                i = static_cast<std::size_t>(-1);
+            }
+        }
     }
 
-    // Whether all of a box lies where every point has been seen already
-    bool seen(const Box<D> &box, const Point<D> &from) const {
-        double farthest2 = 0.0;
-        for (int a = 0; a < D; ++a) {
-            const double far = larger(from[a] - box.lo[a], box.hi[a] - from[a]);
-            farthest2 += far * far;
-        }
-        return farthest2 < seen2_;
+    // The site nearest to a vertex v, if there is one nearer than the cell's own: the one with
+    // the greatest q·v - |q|²/2 = (|v|² - |v - q|²)/2, which keeps its digits for small q.
+    std::optional<Point<D>> nearer_to(const Point<D> &v) const {
+        std::optional<Point<D>> nearest;
+        double gain = 0.0;
+        const double v2 = dot<D>(v, v), rounding = 1e-14 * std::sqrt(v2);
+        const auto may_gain = [&](double distance2) {
+            return distance2 < (v2 - 2.0 * gain) * (1.0 + 1e-14);
+        };
+        const auto visit_leaf = [&](std::size_t leaf, const Point<D> &turn) {
+            const std::size_t end = tree_->leaf_begin(leaf + 1);
+            for (std::size_t s = tree_->leaf_begin(leaf); s < end; s += width) {
+                // Vectors may reach into the next leaf: more sites do no harm
+                std::array<Vector, D> q;
+                Vector q2{}, size{}, along{};
+                for (int a = 0; a < D; ++a) {
+                    q[a] = (load(tree_->coordinates(a) + s) - site_[a]) + turn[a];
+                    q2 += q[a] * q[a];
+                    size += larger(q[a], -q[a]);
+                    along += q[a] * v[a];
+                }
+                const Vector more = along - 0.5 * q2;
+                const Mask significant = (more > gain) & (more > rounding * size);
+                for_each_bit(bits_of(significant), [&](std::size_t i) {
+                    if (more[i] <= gain) return;
+                    gain = more[i];
+                    nearest.emplace();
+                    for (int a = 0; a < D; ++a) (*nearest)[a] = q[a][i];
+                });
+            }
+        };
+        around_.for_each_turn(
+            std::numeric_limits<double>::infinity(), [&](const Point<D> &turn, bool) {
+                Point<D> at;
+                for (int a = 0; a < D; ++a) at[a] = (site_[a] - turn[a]) + v[a];
+                tree_->search(at, may_gain, [&](std::size_t leaf) { visit_leaf(leaf, turn); });
+            });
+        return nearest;
     }
 
     // Points at least twice the radius away cut nothing; the margin covers rounding.
-    double reach2() const { return 4.0 * cell_.squared_radius() * (1.0 + 1e-12); }
-
-    // Calls visit(turn, home) for the images of the domain that may hold points within `reach`
-    // of the leaf: itself, and on the torus its neighbours. (An image of a point that is a
-    // whole turn away from the site or farther in some direction cuts no more than the site's
-    // own image and the image one turn nearer do.)
-    template <class Visit>
-    void for_each_turn(double reach, Visit &&visit) const {
-        std::array<int, D> low{}, high{};
-        if (domain_ == Domain::torus)
-            for (int a = 0; a < D; ++a) {
-                low[a] = box_.lo[a] - reach <= 0.0 ? -1 : 0;
-                high[a] = box_.hi[a] + reach >= 1.0 ? 1 : 0;
-            }
-        for (std::array<int, D> k = low;;) {
-            Point<D> turn;
-            bool home = true;
-            for (int a = 0; a < D; ++a) {
-                turn[a] = k[a];
-                home &= k[a] == 0;
-            }
-            visit(turn, home);
-            int a = 0;
-            for (; a < D && k[a] == high[a]; ++a) k[a] = low[a];
-            if (a == D) return;
-            ++k[a];
-        }
+    template <class Cell>
+    static double reach2(const Cell &cell) {
+        return 4.0 * cell.squared_radius() * (1.0 + 1e-12);
     }
 
-    // A box as the image of the domain that is `turn` away sees it
-    static Box<D> relative(Box<D> box, const Point<D> &turn) {
-        for (int a = 0; a < D; ++a) box.lo[a] -= turn[a], box.hi[a] -= turn[a];
-        return box;
-    }
-    Box<D> seen_from_site(Box<D> box, const Point<D> &turn) const {
-        for (int a = 0; a < D; ++a) {
-            box.lo[a] = (box.lo[a] - site_[a]) + turn[a];
-            box.hi[a] = (box.hi[a] - site_[a]) + turn[a];
-        }
-        return box;
-    }
-
-    static constexpr std::size_t most_candidates = D == 2 ? 256 : 2048;
+    struct Chosen {
+        double distance2;
+        std::size_t i;
+    };
 
     const PointTree<D> *tree_ = nullptr;
     Domain domain_ = Domain::box;
-    Box<D> box_{};
-    double spacing_ = 0.0, reach_ = 0.0, seen2_ = 0.0;
-    std::size_t candidates_ = 0;
-    std::array<std::vector<double>, D> candidate_, turn_, near_;
-    std::vector<double> distance2_;
-    std::vector<std::uint32_t> chosen_, nearest_;
+    Neighbourhood<D> around_;
+    double near2_ = 0.0, seen2_ = 0.0; // squared: the nearest points come first; all are known
     Point<D> site_{};
+    Box<D> side_{}; // the domain as the site sees it
     ConvexCell<D> cell_;
+    GiftWrap wraps_;
+    std::vector<Chosen> chosen_, sorted_;
+    std::vector<Point<D>> settled_; // vertices that no other site is nearer to
 };
 
 // Scratch space for one set after another.
@@ -390,7 +310,7 @@ inline Polygons cell_polygons(const PointView<2> &points, Domain domain) {
     // Site after site, without edges of length zero
     std::vector<Point<2>> corners;
     std::vector<std::size_t> begin(work.tree.sites() + 1), site_of(points.size());
-    for_each_cell(work, domain, 1, [&](std::size_t s, const ConvexPolygon &cell, unsigned) {
+    for_each_cell(work, domain, 1, [&](std::size_t s, const auto &cell, unsigned) {
         const Point<2> site = work.tree.site(s);
         for (const std::size_t i : work.tree.points_at(s)) site_of[i] = s;
         begin[s] = corners.size();

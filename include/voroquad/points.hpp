@@ -93,9 +93,9 @@ struct Box {
         for (int a = 0; a < D; ++a) side = std::max(side, hi[a] - lo[a]);
         return side;
     }
-    Box shifted(const Point<D> &by) const {
+    Box shifted_back(const Point<D> &by) const {
         Box box = *this;
-        for (int a = 0; a < D; ++a) box.lo[a] += by[a], box.hi[a] += by[a];
+        for (int a = 0; a < D; ++a) box.lo[a] -= by[a], box.hi[a] -= by[a];
         return box;
     }
 };

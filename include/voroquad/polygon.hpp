@@ -28,60 +28,13 @@ public:
         update_radius();
     }
 
-    // Becomes the cell of the origin among n points at once: walks around it, from edge to
-    // edge. The nearest point's edge holds the point halfway to it; from there on, each edge
-    // ends at the first line that crosses it. False where that leads nowhere: then clip
-    // instead. The arrays need room for `usual` more numbers.
-    bool trace(double *x, double *y, std::size_t n) {
-        std::fill_n(x + n, usual, 0.0); // lines through nothing: they end no edge
-        std::fill_n(y + n, usual, 0.0);
-        const std::size_t nearest = nearest_of(x, y, n);
-        if (nearest == n) return false;
-        n = (n + usual - 1) / usual * usual;
-        if (n > 64) return false;
-        reserve(n);
-        double *offset = inside_.data(), *along = r2_.data() + 2 * usual;
-        for (std::size_t i = 0; i < n; i += width) {
-            const Vector qx = load(x + i), qy = load(y + i);
-            store(offset + i, 0.5 * (qx * qx + qy * qy));
-        }
-
-        constexpr double infinity = std::numeric_limits<double>::infinity();
-        std::size_t edge = nearest;
-        std::uint64_t walked = 0; // edges walked along: once each, or rounding has led astray
-        double px = 0.5 * x[edge], py = 0.5 * y[edge];
-        size_ = 0;
-        do {
-            // Along the edge, counter-clockwise, p + t d: where each line crosses it
-            const double dx = -y[edge], dy = x[edge];
-            Vector first[usual / width];
-            for (Vector &f : first) f = Vector{} + infinity;
-            for (std::size_t i = 0; i < n; i += usual)
-                for (std::size_t k = 0; k < usual / width; ++k) {
-                    const std::size_t j = i + k * width;
-                    const Vector qx = load(x + j), qy = load(y + j);
-                    const Vector towards = qx * dx + qy * dy;
-                    const Vector t = (load(offset + j) - (qx * px + qy * py)) / towards;
-                    const Vector crossing = towards > 0.0 ? t : Vector{} + infinity;
-                    store(along + j, crossing);
-                    first[k] = crossing < first[k] ? crossing : first[k];
-                }
-            double t = infinity;
-            for (const Vector &f : first)
-                for (std::size_t k = 0; k < width; ++k) t = f[k] < t ? f[k] : t;
-            if (!(t < infinity) || size_ == 2 * usual) return false;
-            px += t * dx;
-            py += t * dy;
-            x_[size_] = px;
-            y_[size_++] = py;
-            edge = 0;
-            while (along[edge] != t) ++edge;
-            if (walked >> edge & 1) return false;
-            walked |= std::uint64_t{1} << edge;
-        } while (edge != nearest);
-        for (std::size_t i = 0; i < size_; ++i) r2_[i] = x_[i] * x_[i] + y_[i] * y_[i];
+    // Becomes the polygon of another kind of cell.
+    template <class Cell>
+    void assign(const Cell &cell) {
+        reserve(cell.size());
+        size_ = cell.size();
+        for (std::size_t i = 0; i < size_; ++i) put(i, cell.vertex(i)[0], cell.vertex(i)[1]);
         update_radius();
-        return true;
     }
 
     // Keeps what is nearer to the origin than to `q`.
@@ -138,33 +91,10 @@ public:
     // The squared distance from the site to its farthest vertex.
     double squared_radius() const { return squared_radius_; }
 
-    // Whether a point of `box` might cut something off: it does iff a vertex is nearer to it
-    // than to the site.
-    bool within_reach_of(const Box<2> &box) const {
-        for (std::size_t i = 0; i < size_; ++i) {
-            const double dx = larger(larger(box.lo[0] - x_[i], x_[i] - box.hi[0]), 0.0);
-            const double dy = larger(larger(box.lo[1] - y_[i], y_[i] - box.hi[1]), 0.0);
-            if (dx * dx + dy * dy <= r2_[i] * (1.0 + 1e-12)) return true;
-        }
-        return false;
-    }
-
     std::size_t size() const { return size_; }
     Point<2> vertex(std::size_t i) const { return {x_[i], y_[i]}; }
 
 private:
-    // The point nearest to the origin; n if there is none, or none far enough to tell lines apart
-    static std::size_t nearest_of(const double *x, const double *y, std::size_t n) {
-        std::size_t nearest = n;
-        double least = std::numeric_limits<double>::infinity();
-        for (std::size_t i = 0; i < n; ++i) {
-            const double r2 = x[i] * x[i] + y[i] * y[i];
-            nearest = r2 < least ? i : nearest;
-            least = r2 < least ? r2 : least;
-        }
-        return least > 1e-280 ? nearest : n;
-    }
-
     // How far inside the line each vertex lies
     void evaluate(double a, double b, double c, std::size_t n) {
         const double *x = x_.data(), *y = y_.data();

@@ -105,20 +105,9 @@ public:
     // The squared distance from the site to its farthest vertex.
     double squared_radius() const { return squared_radius_; }
 
-    // Whether a point of `box` might cut something off: it does iff a vertex is nearer to it
-    // than to the site.
-    bool within_reach_of(const Box<3> &box) const {
-        for (std::size_t v = 0; v < size_; ++v) {
-            double distance2 = 0.0;
-            for (int a = 0; a < 3; ++a) {
-                const double c = xyz_[a][v];
-                const double gap = larger(larger(box.lo[a] - c, c - box.hi[a]), 0.0);
-                distance2 += gap * gap;
-            }
-            if (distance2 <= r2_[v] * (1.0 + 1e-12)) return true;
-        }
-        return false;
-    }
+    // Vertices; some of these are places of former ones, and lie at the site.
+    std::size_t size() const { return size_; }
+    Point<3> vertex(std::size_t v) const { return {xyz_[0][v], xyz_[1][v], xyz_[2][v]}; }
 
     // Calls visit(corners, normal) for each face: a std::vector of points, counter-clockwise from
     // outside, and a unit vector outwards, which the corners of a thin face do not tell. Where more

@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstring>
+#include <new>
+#include <vector>
 
 #if defined(__AVX__)
 #include <immintrin.h>
@@ -14,46 +16,36 @@
 
 namespace voroquad {
 
-// Arrays that these functions read have room for a multiple of `lanes` numbers.
-inline constexpr std::size_t lanes = 4;
-constexpr std::size_t padded(std::size_t n) { return (n + lanes - 1) / lanes * lanes; }
-
-// Maximum as the hardware does it: one instruction, no branch.
-inline double larger(double a, double b) { return a > b ? a : b; }
-
-// Bit i is set where values[i] < threshold; n ≤ 64.
-inline std::uint64_t bits_below(const double *values, std::size_t n, double threshold) {
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < n; i += lanes) {
-#if defined(__AVX__)
-        const auto below =
-            _mm256_cmp_pd(_mm256_loadu_pd(values + i), _mm256_set1_pd(threshold), _CMP_LT_OQ);
-        bits |= static_cast<std::uint64_t>(_mm256_movemask_pd(below)) << i;
-#elif defined(__SSE2__)
-        const auto t = _mm_set1_pd(threshold);
-        const int low = _mm_movemask_pd(_mm_cmplt_pd(_mm_loadu_pd(values + i), t));
-        const int high = _mm_movemask_pd(_mm_cmplt_pd(_mm_loadu_pd(values + i + 2), t));
-        bits |= static_cast<std::uint64_t>(low | high << 2) << i;
-#else
-        for (std::size_t k = i; k < i + lanes; ++k)
-            bits |= static_cast<std::uint64_t>(values[k] < threshold) << k;
-#endif
-    }
-    return n < 64 ? bits & ((std::uint64_t{1} << n) - 1) : bits;
-}
-
 // As many numbers as the processor multiplies at once. Sums keep the order in which they are
 // written, so results do not depend on the width.
-#if defined(__GNUC__)
-#if defined(__AVX__)
+#if defined(__AVX512DQ__)
+using Vector = double __attribute__((vector_size(64)));
+#elif defined(__AVX__)
 using Vector = double __attribute__((vector_size(32)));
 #else
 using Vector = double __attribute__((vector_size(16)));
 #endif
-#else
-using Vector = double;
-#endif
+using Mask = decltype(Vector{} < Vector{});
 inline constexpr std::size_t width = sizeof(Vector) / sizeof(double);
+
+// Numbers that begin on a cache line, so that no vector of them straddles two
+template <class T>
+struct CacheAligned {
+    using value_type = T;
+    CacheAligned() = default;
+    template <class U>
+    CacheAligned(const CacheAligned<U> &) {}
+    T *allocate(std::size_t n) {
+        return static_cast<T *>(::operator new(n * sizeof(T), std::align_val_t{64}));
+    }
+    void deallocate(T *p, std::size_t) { ::operator delete(p, std::align_val_t{64}); }
+    bool operator==(const CacheAligned &) const { return true; }
+};
+using Numbers = std::vector<double, CacheAligned<double>>;
+
+// Arrays that are read by vectors have room for a multiple of the largest width.
+inline constexpr std::size_t lanes = 8;
+constexpr std::size_t padded(std::size_t n) { return (n + lanes - 1) / lanes * lanes; }
 
 inline Vector load(const double *from) {
     Vector v;
@@ -61,6 +53,51 @@ inline Vector load(const double *from) {
     return v;
 }
 inline void store(double *to, Vector v) { std::memcpy(to, &v, sizeof v); }
+
+// Maximum as the hardware does it: one instruction, no branch.
+inline double larger(double a, double b) { return a > b ? a : b; }
+inline Vector larger(Vector a, Vector b) { return a > b ? a : b; }
+
+// Bit i is set where a < b in lane i.
+inline std::uint64_t bits_less(Vector a, Vector b) {
+#if defined(__AVX512DQ__)
+    return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
+#elif defined(__AVX__)
+    return static_cast<std::uint64_t>(_mm256_movemask_pd(_mm256_cmp_pd(a, b, _CMP_LT_OQ)));
+#elif defined(__SSE2__)
+    return static_cast<std::uint64_t>(_mm_movemask_pd(_mm_cmplt_pd(a, b)));
+#else
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < width; ++i) bits |= static_cast<std::uint64_t>(a[i] < b[i]) << i;
+    return bits;
+#endif
+}
+// Bit i is set where the mask is true in lane i.
+inline std::uint64_t bits_of(Mask mask) {
+    return bits_less(mask ? Vector{} - 1.0 : Vector{}, Vector{});
+}
+inline bool any(Mask mask) { return bits_of(mask) != 0; }
+
+// Bit i is set where values[i] < threshold; n ≤ 64.
+inline std::uint64_t bits_below(const double *values, std::size_t n, double threshold) {
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < n; i += width)
+        bits |= bits_less(load(values + i), Vector{} + threshold) << i;
+    return n < 64 ? bits & ((std::uint64_t{1} << n) - 1) : bits;
+}
+
+// Stores the lanes whose bit is set, one after the other; there is room for all.
+inline void store_chosen(double *to, Vector v, std::uint64_t bits) {
+#if defined(__AVX512DQ__)
+    const auto packed = _mm512_maskz_compress_pd(static_cast<__mmask8>(bits), v);
+    _mm512_storeu_pd(to, packed);
+#else
+    for (std::size_t i = 0; i < width; ++i) {
+        *to = v[i];
+        to += bits >> i & 1;
+    }
+#endif
+}
 
 // The largest of n non-negative numbers, a multiple of 4.
 inline double largest(const double *values, std::size_t n) {

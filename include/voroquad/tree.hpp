@@ -28,7 +28,7 @@ namespace voroquad {
 template <int D>
 class PointTree {
 public:
-    static constexpr std::size_t leaf_size = D == 2 ? 12 : 8; // points in a leaf at most
+    static constexpr std::size_t leaf_size = D == 2 ? 16 : 8; // sites
     static constexpr std::size_t fanout = 8;
 
     // Orders the points and builds the boxes; keeps the memory of the set before.
@@ -45,14 +45,16 @@ public:
         for (auto &axis : coordinates_) axis.clear();
         order_.clear();
         first_.clear();
-        leaf_begin_.clear();
+        leaf_begin_.assign(1, 0);
         for (auto &axis : coordinates_) axis.reserve(n);
         order_.reserve(n);
         first_.reserve(n + 1);
         starts_.clear();
         split(entries_.data(), spare_.data(), n, all);
+        end_leaf();
         first_.push_back(order_.size());
-        leaf_begin_.push_back(first_.size() - 1);
+        for (auto &axis : coordinates_)
+            axis.resize(padded(sites() + lanes), std::numeric_limits<double>::infinity());
         pack();
     }
 
@@ -63,6 +65,7 @@ public:
         for (int a = 0; a < D; ++a) p[a] = coordinates_[a][s];
         return p;
     }
+    // Of all sites, with room for vectors beyond the last
     const double *coordinates(int axis) const { return coordinates_[axis].data(); }
     // Positions in the caller's array of the points that lie at a site
     std::span<const std::size_t> points_at(std::size_t s) const {
@@ -78,37 +81,35 @@ public:
     double spacing_near(std::size_t leaf) const {
         const std::size_t first = leaf / fanout * fanout;
         const std::size_t last = std::min(first + fanout, leaves());
-        const std::size_t count = leaf_begin_[last] - leaf_begin_[first];
+        const std::size_t count = leaf_begin(last) - leaf_begin(first);
         return levels_[1].box(leaf / fanout).longest() / root(static_cast<double>(count));
     }
 
-    // Calls visit(leaf, squared distance) for the leaves whose box is within `reach2` (squared)
-    // of the box `query`. enter(box, squared distance) may decline a box of any level; it is
-    // asked for nearer siblings first.
+    // Calls visit(leaf) for leaves, roughly the nearest to a point first. enter(squared distance)
+    // may decline a box of any level.
     template <class Enter, class Visit>
-    void search(const Box<D> &query, Enter &&enter, Visit &&visit) const {
+    void search(const Point<D> &at, Enter &&enter, Visit &&visit) const {
         std::array<Branch, 8 * 24> stack; // at most 7 siblings wait on each of 22 levels
         std::size_t waiting = 0;
-        const std::size_t top = levels_.size() - 1;
-        stack[waiting++] = {0.0, top + 1, 0};
+        stack[waiting++] = {0.0, levels_.size(), 0};
         while (waiting > 0) {
             const Branch branch = stack[--waiting];
-            if (branch.level <= top &&
-                !enter(levels_[branch.level].box(branch.node), branch.distance2))
-                continue;
+            if (!enter(branch.distance2)) continue;
             if (branch.level == 0) {
-                visit(branch.node, branch.distance2);
+                visit(branch.node);
                 continue;
             }
             const Level &below = levels_[branch.level - 1];
             std::array<double, fanout> distance2;
-            below.distances(branch.node * fanout, query, distance2);
+            below.distances(branch.node * fanout, {at, at}, distance2);
             const std::size_t bottom = waiting;
-            for (std::size_t c = 0; c < fanout; ++c)
-                if (distance2[c] < std::numeric_limits<double>::infinity())
-                    stack[waiting++] = {distance2[c], branch.level - 1, branch.node * fanout + c};
-            std::sort(stack.begin() + bottom, stack.begin() + waiting,
-                      [](const Branch &a, const Branch &b) { return a.distance2 > b.distance2; });
+            for (std::size_t c = 0; c < fanout; ++c) {
+                if (!enter(distance2[c])) continue; // absent children are infinitely far away
+                std::size_t place = waiting++;
+                for (; place > bottom && stack[place - 1].distance2 < distance2[c]; --place)
+                    stack[place] = stack[place - 1];
+                stack[place] = {distance2[c], branch.level - 1, branch.node * fanout + c};
+            }
         }
     }
 
@@ -157,15 +158,20 @@ private:
         }
     };
 
+    static constexpr std::size_t block = 4096;
+    static constexpr std::size_t crowd = 12; // more points than that to a bucket are split
+
     static double root(double v) { return D == 2 ? std::sqrt(v) : D == 3 ? std::cbrt(v) : v; }
 
     // Orders entries[0, n), which lie in `box`, and emits their leaves.
     void split(Entry *entries, Entry *spare, std::size_t n, const Box<D> &box) {
         const double longest = box.longest();
-        if (n <= leaf_size || longest == 0.0) return emit(entries, n);
+        if (n <= crowd || longest == 0.0) return emit(entries, n);
 
-        // A grid with about one point to a bucket; `unit` keeps its scale finite
-        const int bits = std::clamp(static_cast<int>(std::bit_width(2 * n) - 1) / D, 1,
+        // A grid with about one point to a bucket where that is fine enough for the curve, else
+        // with blocks for such grids; `unit` keeps its scale finite
+        const std::size_t buckets_wanted = n <= block ? 2 * n : n / (block / 4);
+        const int bits = std::clamp(static_cast<int>(std::bit_width(buckets_wanted) - 1) / D, 1,
                                     HilbertCurve<D>::max_bits);
         const auto &curve = HilbertCurve<D>::of(bits);
         const double unit = longest < 0x1p-900 ? 0x1p1000 : 1.0;
@@ -191,31 +197,27 @@ private:
         for (std::size_t b = 0; b <= buckets; ++b) total += std::exchange(starts_[base + b], total);
         for (std::size_t i = 0; i < n; ++i) spare[starts_[base + bucket_[i]]++] = entries[i];
 
-        // Each bucket now ends where its counter stands. Buckets that follow each other
-        // share a leaf while there is room; a full one is split further.
-        std::size_t begin = 0, end = 0;
-        for (std::size_t b = 0; b < buckets; ++b) {
-            const std::size_t stop = starts_[base + b];
-            if (stop - begin > leaf_size) {
-                if (end > begin) emit(spare + begin, end - begin);
-                begin = end;
-                if (stop - begin > leaf_size) {
-                    Box<D> inner = Box<D>::empty();
-                    for (std::size_t i = begin; i < stop; ++i) inner.include(spare[i].point);
-                    split(spare + begin, entries + begin, stop - begin, inner);
-                    begin = stop;
-                }
+        // Each bucket now ends where its counter stands; a crowded one is split further.
+        std::size_t begin = 0;
+        for (std::size_t b = 0; b < buckets; begin = starts_[base + b++]) {
+            const std::size_t count = starts_[base + b] - begin;
+            if (count <= crowd) {
+                emit(spare + begin, count);
+            } else {
+                Box<D> inner = Box<D>::empty();
+                for (std::size_t i = begin; i < begin + count; ++i) inner.include(spare[i].point);
+                end_leaf();
+                split(spare + begin, entries + begin, count, inner);
+                end_leaf();
             }
-            end = stop;
         }
-        if (end > begin) emit(spare + begin, end - begin);
         starts_.resize(base);
     }
 
-    // A leaf of the entries, those that coincide as one site: few, or all in one place.
+    // Makes sites of the entries, those that coincide as one: few, or all in one place.
     void emit(Entry *entries, std::size_t n) {
-        leaf_begin_.push_back(first_.size());
         for (std::size_t i = 0; i < n; ++i) {
+            if (first_.size() == leaf_begin_.back() + leaf_size) end_leaf();
             const Point<D> p = entries[i].point;
             first_.push_back(order_.size());
             for (int a = 0; a < D; ++a) coordinates_[a].push_back(p[a]);
@@ -226,6 +228,10 @@ private:
                     std::swap(entries[++i], entries[j]);
                 }
         }
+    }
+
+    void end_leaf() {
+        if (first_.size() > leaf_begin_.back()) leaf_begin_.push_back(first_.size());
     }
 
     // Boxes of the leaves, then of eight boxes each until no more than eight are left

@@ -1,4 +1,4 @@
-// voroquad._core: each part of the core binds itself.
+// voroquad._core_…: each part of the core binds itself.
 #include <nanobind/nanobind.h>
 
 void bind_cells(nanobind::module_ &m);
@@ -6,7 +6,26 @@ void bind_bias(nanobind::module_ &m);
 void bind_boundary_control(nanobind::module_ &m);
 void bind_local_fit(nanobind::module_ &m);
 
-NB_MODULE(_core, m) {
+// The levels of x86-64 that this processor has, the best first, by the names of the modules
+static nanobind::list processor_levels() {
+    nanobind::list levels;
+#if defined(__x86_64__) && defined(__GNUC__)
+    __builtin_cpu_init();
+    const bool v3 = __builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma") &&
+                    __builtin_cpu_supports("bmi") && __builtin_cpu_supports("bmi2");
+    const bool v4 = __builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512bw") &&
+                    __builtin_cpu_supports("avx512cd") && __builtin_cpu_supports("avx512dq") &&
+                    __builtin_cpu_supports("avx512vl");
+    if (v3 && v4) levels.append("v4");
+    if (v3) levels.append("v3");
+#endif
+    levels.append("baseline");
+    return levels;
+}
+
+#define VOROQUAD_BIND(name, m) NB_MODULE(name, m) // expands the name first
+VOROQUAD_BIND(VOROQUAD_MODULE, m) {
+    m.def("processor_levels", &processor_levels);
     bind_cells(m);
     bind_bias(m);
     bind_boundary_control(m);
