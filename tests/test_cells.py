@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import itertools
+import os
 import signal
+import subprocess
+import sys
 import threading
 
 import numpy as np
@@ -11,6 +14,7 @@ import pytest
 from scipy.spatial import ConvexHull, KDTree, Voronoi
 
 import voroquad as vq
+from voroquad import _core
 
 
 def mirrored_voronoi(points: np.ndarray) -> np.ndarray:
@@ -296,3 +300,30 @@ def test_cells_keep_their_own_points():
     before = vq.cells(points.copy()).measures
     points[:] = np.nan
     np.testing.assert_array_equal(kept.measures, before)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_every_version_of_the_core_gives_the_same_bits(d):
+    program = (
+        "import sys, numpy as np, voroquad as vq; x = np.random.default_rng(3); x = x.random((3000, int(sys.argv[1]))); "
+        "x[:500] *= 1e-3; print(vq.cells(x).measures.tobytes().hex())"
+    )
+    levels = _core.processor_levels()
+    outputs = [
+        subprocess.run(
+            [sys.executable, "-c", program, str(d)],
+            env={**os.environ, "VOROQUAD_PROCESSOR": level},
+            check=True,
+            capture_output=True,
+            text=True,
+        ).stdout
+        for level in levels
+    ]
+    assert len(set(outputs)) == 1
+
+
+def test_an_unknown_version_of_the_core_is_refused():
+    asked = {**os.environ, "VOROQUAD_PROCESSOR": "v9"}
+    failed = subprocess.run([sys.executable, "-c", "import voroquad.cells"], env=asked, capture_output=True, text=True)
+    assert failed.returncode != 0
+    assert "VOROQUAD_PROCESSOR is 'v9'; this processor has " in failed.stderr
