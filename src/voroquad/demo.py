@@ -44,4 +44,4 @@ def run_demo(out: str | os.PathLike[str], *, seed: int = 0, show_progress: bool 
     study, comparison = out / "study", out / SCENE
     run_study(study, replicates=REPLICATES, max_n=MAX_N, seed=seed, show_progress=show_progress)
     compare(SCENE, comparison, domain="lens", spp=SPP, size=SIZE, seed=seed, show_progress=show_progress)
-    return write_report([study, comparison], out / "index.html", title=TITLE)
+    return write_report([comparison, study], out / "index.html", title=TITLE)

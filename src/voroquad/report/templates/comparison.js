@@ -71,10 +71,10 @@ class Comparison {
     this.y = this.stages[0].y_range;
     this.listen();
     this.addCards();
-    await this.chooseSpp(this.spps[this.spps.length >> 1], this.methods.slice(0, 2));
     this.setExposure(0);
     this.setScale(0);
     this.paint();
+    await this.chooseSpp(this.spps[this.spps.length >> 1], this.methods.slice(0, 2));
     this.root.dataset.ready = "";
   }
 
@@ -135,6 +135,7 @@ class Comparison {
 
   draw() {
     const { left, right } = this;
+    if (!left || !right) return; // nothing is chosen yet
     const tone = (image) => this.map(image, "tone", this.exposure, (i, k) => this.tone(i, k));
     const error = (image) => this.map(image, "error", 0, (i, k) => this.error(i, k));
     this.put(this.pixels, this.joined(tone(left), tone(right)));
@@ -159,8 +160,7 @@ class Comparison {
     for (const card of this.root.querySelectorAll(".card")) {
       card.classList.toggle(side, card.dataset.key === key);
     }
-    if (!this.left || !this.right) return;
-    this.find(".verdict").textContent = this.verdict;
+    if (this.left && this.right) this.find(".verdict").textContent = this.verdict;
     this.draw();
   }
 
@@ -278,6 +278,7 @@ class Comparison {
   }
 
   async drawCards() {
+    if (!this.spp) return;
     const box = this.shownWindow;
     const [left, top, width, height] = box;
     this.window.setv({ visible: this.whole, left, right: left + width, top: this.data.height - top, bottom: this.data.height - top - height });
