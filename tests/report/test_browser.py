@@ -416,6 +416,15 @@ def test_light_and_dark(flat, visit, scheme):
 def test_a_phone_scrolls_one_way_only(flat, visit):
     page = visit(flat.folder, viewport={"width": 360, "height": 740}, is_mobile=True, has_touch=True).page
     assert page.evaluate("document.documentElement.scrollWidth") == 360
+    touch = """() => {
+      const { el } = Bokeh.index.find_one(STAGE), canvas = el.shadowRoot.querySelector(".bk-Canvas").shadowRoot;
+      return getComputedStyle(canvas.querySelector(".bk-events")).touchAction;
+    }""".replace("STAGE", f"{ROOTS}.find((r) => r.name === 'image')")
+    assert page.evaluate(touch) == "auto"  # a finger on the whole image scrolls the page,
+    page.get_by_role("button", name="Close-up 1").click()
+    page.wait_for_timeout(300)
+    assert page.evaluate(touch) != "auto"  # on a part of it moves that
+    page.get_by_role("button", name="Whole").click()
     Stage(page, "image").locator.scroll_into_view_if_needed()
     box = Stage(page, "image").locator.bounding_box()
     page.touchscreen.tap(box["x"] + box["width"] * 28.5 / 40, box["y"] + box["height"] * 8.5 / 30)

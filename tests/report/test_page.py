@@ -85,6 +85,28 @@ def test_everything_is_inside_the_page(folder, tmp_path):
     assert page.source.count("<tbody>") == 3  # two tables of numbers and the images; a figure's table is not repeated
 
 
+def test_where_the_page_goes(folder, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    for folders, page in (([folder], folder / "index.html"), ([folder, folder], tmp_path / "index.html")):
+        monkeypatch.setattr("sys.argv", ["voroquad", "report", *map(str, folders)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        assert stop.value.code in (None, 0)
+        assert page.is_file()
+        assert page.samefile(capsys.readouterr().out.strip())
+
+
+def test_results_of_an_older_version_still_open(folder):
+    raw = json.loads((folder / "results.json").read_text(encoding="utf-8"))
+    for section in raw["sections"]:
+        del section["comparisons"]
+        for figure in section["figures"]:
+            for key in ("plots", "series", "lines"):
+                del figure[key]
+    (folder / "results.json").write_text(json.dumps(raw), encoding="utf-8")
+    assert Page(write_report([folder])).text.count("Caption") == 1
+
+
 def test_text_is_text(folder, tmp_path):
     page = Page(write_report([folder], tmp_path / "index.html"))
     for text in (

@@ -99,10 +99,10 @@ def viewer_plots(width: int, height: int, scale: float) -> dict[str, figure]:
 
 def _stage(name: str, x: Range1d, y: Range1d, cross: tuple[Span, Span]) -> figure:
     """A plot that is nothing but its frame, of the image's shape."""
-    pan, wheel = PanTool(), WheelZoomTool(maintain_focus=False, name="wheel")
+    pan, wheel = PanTool(name="pan"), WheelZoomTool(name="wheel", maintain_focus=False)
     plot = figure(
         name=name, x_range=x, y_range=y, aspect_ratio=x.end / y.end, sizing_mode="scale_width", min_border=0,
-        tools=[pan, wheel, CrosshairTool(overlay=cross)], active_drag=pan, toolbar_location=None,
+        tools=[pan, wheel, CrosshairTool(overlay=cross)], active_drag=None, toolbar_location=None,
         outline_line_color=None, background_fill_color=None, border_fill_color=None,
     )  # fmt: skip
     plot.axis.visible = False

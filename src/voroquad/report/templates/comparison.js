@@ -352,6 +352,7 @@ class Comparison {
       pending = true;
       requestAnimationFrame(() => {
         pending = false;
+        this.activate("pan", !this.whole);
         this.draw();
         this.drawCards();
       });
@@ -360,11 +361,14 @@ class Comparison {
     for (const stage of this.stages) {
       for (const event of ["mousemove", "tap"]) stage.on_event(event, ({ x, y }) => this.read(x, y));
     }
-    // The wheel scrolls the page until the images are clicked
-    const wheel = (active) => this.stages.forEach((stage) => stage.toolbar.tools.find((t) => t.name === "wheel").setv({ active }));
-    wheel(false);
-    on(".stages", "pointerdown", () => wheel(true));
-    on(".stages", "pointerleave", () => wheel(false));
+    // The wheel scrolls the page until the images are clicked, and a finger until they are zoomed
+    this.activate("wheel", false);
+    on(".stages", "pointerdown", () => this.activate("wheel", true));
+    on(".stages", "pointerleave", () => this.activate("wheel", false));
+  }
+
+  activate(name, active) {
+    for (const stage of this.stages) stage.toolbar.tools.find((tool) => tool.name === name).setv({ active });
   }
 
   async swap() {
