@@ -304,10 +304,12 @@ def test_cells_keep_their_own_points():
 
 @pytest.mark.parametrize("d", [1, 2, 3])
 def test_every_version_of_the_core_gives_the_same_bits(d):
-    program = (
-        "import sys, numpy as np, voroquad as vq; "
-        "x = np.random.default_rng(3).random((3000, int(sys.argv[1]))); x[:500] *= 1e-3; print(vq.cells(x).measures.tobytes().hex())"
-    )
+    program = """
+import sys, numpy as np, voroquad as vq
+x = np.random.default_rng(3).random((3000, int(sys.argv[1])))
+x[:500] *= 1e-3
+print(vq.cells(x).measures.tobytes().hex())
+"""
     levels = _core.processor_levels()
     outputs = [
         subprocess.run(
