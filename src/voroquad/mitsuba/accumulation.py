@@ -114,45 +114,36 @@ class Footprint:
         b = self.border
         return window[b : b + self.height, b : b + self.width]
 
+    def spread(self, channels: Sequence[mi.Float], change: Sequence[mi.Float], pixel: mi.Point2f) -> list[mi.Float]:
+        """What rays give: to their own pixel, and through the filter to it and to those around it.
 
-def accumulate(
-    footprint: Footprint,
-    channels: Sequence[mi.Float],
-    change: Sequence[mi.Float],
-    pixel: mi.Point2f,
-    index: mi.UInt32,
-    spp: int,
-) -> Pass:
-    """Sum what the rays of a wavefront bring.
+        Parameters
+        ----------
+        channels : sequence of mitsuba.Float, (rays,)
+            What they bring; colours first.
+        change : sequence of mitsuba.Float, (rays,)
+            What the weights add to the colours; empty for nothing.
+        pixel : mitsuba.Point2f
+            Where in their pixels the rays are.
+        """
+        own = [*channels[:3], *change]
+        return [*own, *(f * v for f in self.weights(pixel) for v in (mi.Float(1), *channels, *change))]
 
-    Parameters
-    ----------
-    footprint : Footprint
-        Of the film.
-    channels : sequence of mitsuba.Float, (rays,)
-        Colours first; `spp` consecutive rays per pixel, pixels of the window row by row.
-    change : sequence of mitsuba.Float, (rays,)
-        What the weights add to the colours; empty for nothing.
-    pixel : mitsuba.Point2f
-        Where in their pixels the rays are.
-    index : mitsuba.UInt32
-        Their numbers.
-    spp : int
-        Rays of a pixel.
-    """
-    columns, rows = footprint.window
-    to_neighbours = footprint.weights(pixel)
-    own = [*channels[:3], *change]
-    values = [f * v for f in to_neighbours for v in (mi.Float(1), *channels, *change)]
-    means = pixel_means([*own, *values], index, spp).reshape(rows, columns, -1)
+    def collect(self, means: Floats, channels: int) -> Pass:
+        """The image from the means (pixels, …) of what `spread` made of so many channels."""
+        columns, rows = self.window
+        taps = len(self.offsets)
+        changes = (means.shape[-1] - 3 - taps * (1 + channels)) // (1 + taps)  # 3, or 0 without weights
+        means = means.reshape(rows, columns, -1)
+        own, given = np.split(means, [3 + changes], axis=-1)
+        given = given.reshape(rows, columns, taps, -1)
 
-    of_pixels, given = means[..., : len(own)], means[..., len(own) :].reshape(rows, columns, len(to_neighbours), -1)
-    pixel_plain, pixel_difference = (footprint.crop(part) for part in (of_pixels[..., :3], of_pixels[..., 3:]))
-    total = footprint.gather(given[..., : 1 + len(channels)])
-    weight = np.where(total[..., :1] == 0, 1, total[..., :1])
-    if not change:
-        none = np.zeros_like(pixel_plain)
-        return Pass(total[..., 1:] / weight, np.stack([none, none]), pixel_plain, none)
-    half = checkerboard(rows, columns)[..., None, None]
-    differences = [footprint.gather(given[..., 1 + len(channels) :] * (half == h)) / weight for h in (0, 1)]
-    return Pass(total[..., 1:] / weight, np.stack(differences), pixel_plain, pixel_difference)
+        total = self.gather(given[..., : 1 + channels])
+        weight = np.where(total[..., :1] == 0, 1, total[..., :1])
+        pixel_plain = self.crop(own[..., :3])
+        if changes == 0:
+            none = np.zeros_like(pixel_plain)
+            return Pass(total[..., 1:] / weight, np.stack([none, none]), pixel_plain, none)
+        half = checkerboard(rows, columns)[..., None, None]
+        differences = [self.gather(given[..., 1 + channels :] * (half == h)) / weight for h in (0, 1)]
+        return Pass(total[..., 1:] / weight, np.stack(differences), pixel_plain, self.crop(own[..., 3:]))

@@ -17,7 +17,7 @@ from .._checks import one_of, positive_int
 from ..samplers import DESIGNS, sample
 from ..tables import SampleTable, kept_table
 from ..weights import find_rule
-from .accumulation import Footprint, Pass, accumulate
+from .accumulation import Footprint, Pass, pixel_means
 from .blend import TILE
 from .domains import CameraSample, Domain, Joint, find_domain
 from .lights import FirstHit
@@ -123,7 +123,11 @@ class Plain(ADIntegrator):
         row = pixel_index // dr.opaque(mi.UInt32, width)
         column = pixel_index - row * width
         corner = mi.Point2i(mi.Int32(column), mi.Int32(row)) + mi.ScalarPoint2i(film.crop_offset())
-        corner -= Footprint(film).border
+        return self.rays_of(sensor, sampler, index, corner - Footprint(film).border)
+
+    def rays_of(self, sensor: mi.Sensor, sampler: mi.Sampler, index: mi.UInt32, corner: mi.Point2i) -> CameraRays:
+        """Camera rays of given numbers, in the pixels with these corners."""
+        film = sensor.film()
 
         # Map the sample to the sensor, whose film coordinates span the crop window
         drawn = self.camera_sample(sensor, sampler, index, corner)
@@ -139,7 +143,7 @@ class Plain(ADIntegrator):
 
         # spp rays share a pixel: texture filters should look at 1/spp of its area, as in Mitsuba's C++ integrators
         if ray.has_differentials:
-            ray.scale_differential(dr.rsqrt(mi.Float(dr.opaque(mi.Float, spp))))
+            ray.scale_differential(dr.rsqrt(mi.Float(dr.opaque(mi.Float, sampler.sample_count()))))
         return CameraRays(ray, weight, index, corner, drawn)
 
     def sample_rays(
@@ -321,8 +325,11 @@ class Reweighted(Plain):
         return [*super().aov_names(), *self.aovs]
 
     def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
-        """Raise ValueError if the scene does not have the domain."""
+        """Raise ValueError if the scene does not have the domain, or its film no colours."""
         self.domain.check(scene, sensor)
+        film = sensor.film()
+        if mi.has_flag(film.flags(), mi.FilmFlags.Special):
+            raise ValueError(f"'reweighted' renders to films of colours such as 'hdrfilm', not {film.class_name()}")
 
     def prepare(
         self, sensor: mi.Sensor, seed: mi.UInt32 = 0, spp: int = 0, aovs: list[str] | None = None
@@ -446,21 +453,25 @@ class Reweighted(Plain):
     def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: mi.UInt32, spp: int) -> Pass:
         """Trace all rays; the image with equal weights, and what the weights change."""
         self.check(scene, sensor)
-        film = sensor.film()
-        if mi.has_flag(film.flags(), mi.FilmFlags.Special):
-            raise ValueError(f"'reweighted' renders to films of colours such as 'hdrfilm', not {film.class_name()}")
         sampler, spp = self.prepare(sensor, seed, spp, self.aov_names())
         rays = self.camera_rays(sensor, sampler)
-        weighed, rest, valid, aovs = self.split(scene, sampler, rays, mi.Bool(True))
+        channels, change = self.values(scene, sensor.film(), sampler, rays)
+        footprint = Footprint(sensor.film())
+        means = pixel_means(footprint.spread(channels, change, rays.drawn.pixel), rays.index, spp)
+        return footprint.collect(means, len(channels))
 
+    def values(
+        self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays
+    ) -> tuple[list[mi.Float], list[mi.Float]]:
+        """What rays bring to the channels of the film (colours, alpha, others), and what the weights add to colours."""
+        weighed, rest, valid, aovs = self.split(scene, sampler, rays, mi.Bool(True))
         channels = [*_colour((weighed + rest) * rays.weight, rays.ray.wavelengths)]
         if mi.has_flag(film.flags(), mi.FilmFlags.Alpha):
             channels.append(dr.select(valid, mi.Float(1), mi.Float(0)))
         channels += aovs
-        change = []
-        if rays.drawn.factor is not None:
-            change = [*_colour(weighed * (rays.drawn.factor - 1) * rays.weight, rays.ray.wavelengths)]
-        return accumulate(Footprint(film), channels, change, rays.drawn.pixel, rays.index, spp)
+        if rays.drawn.factor is None:
+            return channels, []
+        return channels, [*_colour(weighed * (rays.drawn.factor - 1) * rays.weight, rays.ray.wavelengths)]
 
     def develop(self, film: mi.Film, rounds: Rounds) -> mi.TensorXf:
         """Put the mean of rounds into the film, and develop it."""
@@ -584,4 +595,3 @@ def _table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:
 
 
 mi.register_integrator("plain", Plain)
-mi.register_integrator("reweighted", Reweighted)

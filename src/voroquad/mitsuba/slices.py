@@ -1,0 +1,237 @@
+"""Moving objects: the image is rendered in slices of time, the scene set to each slice's time before."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from ..tables import SampleTable
+from .accumulation import Floats, Footprint, Pass
+from .domains import CameraSample
+from .integrator import Plain, Reweighted
+from .motion import Track, TransformTrack, keyframes
+
+#: What a parameter of the scene is at a time
+Course = Callable[[Any], Any]
+
+
+class ReweightedSlices(Reweighted):
+    """Domain ``time`` with objects that move, deform or change (``reweighted`` with properties ``parameter@time``).
+
+    .. pluginparameters::
+
+     * - PARAMETER@TIME
+       - |transform|, |float| or |vector|
+       - Value of a parameter of the scene at a time, such as ``ball/to_world@0.5``: the parameter as
+         `mitsuba.traverse` names it, with ``/`` for ``.``. Transforms go by slerp, numbers and vectors linearly.
+         ``NAME/to_world@TIME`` moves a mesh too, which has no such parameter: the transform is applied to the vertices
+         it was loaded with.
+     * - slices
+       - |bool|
+       - Render in slices even without such properties: for parameters in `motion`. (Default: false)
+     * - interleave
+       - |int|
+       - Even: pixels of a square of this side see different sets of times. (Default: 2)
+
+    All properties of `Reweighted`, whose domain must be ``time``.
+
+    Attributes
+    ----------
+    motion : dict of callable
+        For each moving parameter, a function of the time (`mitsuba.Float`, one value) that returns its value; to be
+        extended from Python with anything that `mitsuba.traverse` exposes.
+
+    Notes
+    -----
+    With m² interleaved sets of N times, pixel (x, y) takes set (x mod m, y mod m). Each of the m² N times is a slice:
+    the scene is set to it and one ray per pixel of that set is traced. So all rays of a slice share their time and
+    their weight; the scene is left as it was found.
+    """
+
+    def __init__(self, props: mi.Properties) -> None:
+        props.mark_queried("slices")
+        self.interleave = props.get("interleave", 2)
+        if not isinstance(self.interleave, int) or self.interleave < 2 or self.interleave % 2:
+            raise ValueError(f"interleave must be an even number of at least 2, got {self.interleave!r}")
+        # A '.' is not allowed in the keys of load_dict
+        self._tracks = {name.replace("/", "."): track for name, track in keyframes(props).items()}
+        self.motion: dict[str, Course] = {}
+        self._row = 0  # of the table, for the slice at hand
+        super().__init__(props)
+        if self.domain.name != "time":
+            raise ValueError(f"objects move in domain 'time', got domain {self.domain.name!r}; name that")
+
+    def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
+        """Raise ValueError if the shutter is closed, or if a moving parameter does not exist."""
+        super().check(scene, sensor)
+        known = list(mi.traverse(scene).keys())
+        for name in (*self._tracks, *self.motion):
+            if name not in known and f"{_shape(name)}.vertex_positions" not in known:
+                near = difflib.get_close_matches(name, known, n=3, cutoff=0.3)
+                raise ValueError(
+                    f"the scene has no parameter {name!r} to move; near it are {', '.join(near) or 'none'}"
+                )
+
+    def prepare(
+        self, sensor: mi.Sensor, seed: mi.UInt32 = 0, spp: int = 0, aovs: list[str] | None = None
+    ) -> tuple[mi.Sampler, int]:
+        """Settle the samples per pixel; the sampler gives one of them at a time."""
+        sampler, spp = super().prepare(sensor, seed, spp, aovs)
+        sampler.set_samples_per_wavefront(1)
+        return sampler, spp
+
+    def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: mi.UInt32, spp: int) -> Pass:
+        """Render slice by slice; the image with equal weights, and what the weights change."""
+        self.check(scene, sensor)
+        sampler, spp = self.prepare(sensor, seed, spp, self.aov_names())
+        footprint = Footprint(sensor.film())
+        columns, rows = footprint.window
+        seed = int(np.array(seed).ravel()[0])
+        image, channels = np.zeros(0), 0
+        with self._moving(scene) as set_time:
+            for y in range(self.interleave):
+                for x in range(self.interleave):
+                    column, row = np.meshgrid(
+                        np.arange(x, columns, self.interleave), np.arange(y, rows, self.interleave)
+                    )
+                    if column.size == 0:
+                        continue
+                    of_pixels, channels = self._slices(
+                        scene, sensor, sampler, set_time, np.stack([column.ravel(), row.ravel()]), (x, y, seed), spp
+                    )
+                    if image.size == 0:
+                        image = np.zeros((rows, columns, of_pixels.shape[-1]))
+                    image[row, column] = of_pixels.reshape(*row.shape, -1)
+        return footprint.collect(image.reshape(rows * columns, -1), channels)
+
+    def _slices(
+        self,
+        scene: mi.Scene,
+        sensor: mi.Sensor,
+        sampler: mi.Sampler,
+        set_time: Callable[[float], None],
+        pixels: Any,
+        key: tuple[int, int, int],
+        spp: int,
+    ) -> tuple[Floats, int]:
+        """Means over the slices of the pixels (2, n) of the window that share their times, and the film's channels."""
+        film = sensor.film()
+        footprint = Footprint(film)
+        corner = mi.Point2i(pixels.astype(np.int32)) + mi.ScalarPoint2i(film.crop_offset()) - footprint.border
+        index = dr.arange(mi.UInt32, pixels.shape[1])
+        rng = np.random.default_rng(key)
+        sampler = sampler.clone()
+        sampler.set_samples_per_wavefront(1)
+        sampler.seed(dr.opaque(mi.UInt32, int(rng.integers(2**32))), pixels.shape[1])
+
+        sums: list[mi.Float] = []
+        channels: list[mi.Float] = []
+        for slice_row in self._rows(rng, (key[0] + key[1]) % 2, spp):
+            self._row = slice_row
+            set_time(sensor.shutter_open() + self._table_at_hand.points.flat[self._row] * sensor.shutter_open_time())
+            rays = self.rays_of(sensor, sampler, index, corner)
+            channels, change = self.values(scene, film, sampler, rays)
+            values = footprint.spread(channels, change, rays.drawn.pixel)
+            sums = [s + v for s, v in zip(sums, values, strict=True)] if sums else values
+            sampler.advance()
+            sampler.schedule_state()
+            dr.eval(sums)
+        width = pixels.shape[1]
+        of_pixels = np.stack([np.broadcast_to(np.array(s, dtype=np.float64), width) for s in sums], -1)
+        return of_pixels / spp, len(channels)
+
+    def _rows(self, rng: np.random.Generator, half: int, spp: int) -> Iterator[int]:
+        """Rows of the table for `spp` slices: those of sets drawn from a half's."""
+        table = self._table_at_hand
+        halves = min(2, table.sets)
+        own = np.arange(half % halves, table.sets, halves)
+        for chosen in rng.choice(own, spp // table.n):
+            yield from range(int(chosen) * table.n, (int(chosen) + 1) * table.n)
+
+    def _upload(self, table: SampleTable) -> None:
+        """Keep the table here too: its times say where the scene is set to."""
+        super()._upload(table)
+        self._table_at_hand = table
+
+    def camera_sample(
+        self, sensor: mi.Sensor, sampler: mi.Sampler, index: mi.UInt32, corner: mi.Point2i
+    ) -> CameraSample:
+        """Draw the camera sample, at the time and with the weight of the slice."""
+        drawn = Plain.camera_sample(self, sensor, sampler, index, corner)
+        table = self._table_at_hand
+        drawn.time = dr.opaque(mi.Float, float(table.points.flat[self._row]))
+        if self.weighted:
+            drawn.factor = dr.opaque(mi.Float, float(table.n * table.weights.flat[self._row]))
+        return drawn
+
+    @contextmanager
+    def _moving(self, scene: mi.Scene) -> Iterator[Callable[[float], None]]:
+        """Yield a function that sets the scene to a time; leave the scene as it was."""
+        parameters = mi.traverse(scene)
+        courses: dict[str, Course] = dict(self.motion)
+        for name, track in self._tracks.items():
+            courses |= _courses(parameters, name, track)
+        before = {name: type(parameters[name])(parameters[name]) for name in courses}
+
+        def set_time(time: float) -> None:
+            now = dr.opaque(mi.Float, time)  # a literal would be compiled into every kernel that sees it
+            for name, course in courses.items():
+                parameters[name] = course(now)
+            parameters.update()
+
+        try:
+            yield set_time
+        finally:
+            for name, value in before.items():
+                parameters[name] = value
+            parameters.update()
+
+    def render_forward(self, *args: Any, **named: Any) -> mi.TensorXf:
+        """Derivatives of the mean over slices are not made."""
+        raise NotImplementedError("derivatives of moving objects are not supported; take those at fixed times")
+
+    render_backward = render_forward
+
+    def to_string(self) -> str:
+        return f"{super().to_string()[:-1]}, moving = {sorted({*self._tracks, *self.motion})}]"
+
+
+def _shape(name: str) -> str:
+    """The shape that a name moves."""
+    return name.removesuffix(".to_world")
+
+
+def _courses(parameters: mi.SceneParameters, name: str, track: Track) -> dict[str, Course]:
+    """What a track sets: the parameter of its name, or the vertices of a mesh that has no transform."""
+    if name in parameters:
+        kind = type(parameters[name])
+        if isinstance(track, TransformTrack):
+            return {name: track.at}
+        if kind is float:
+            return {name: lambda time: float(track.at(time)[0][0])}
+        return {name: lambda time: kind(*track.at(time))}
+
+    def vertices(key: str, kind: Any) -> Course:
+        start = dr.unravel(kind, mi.Float(parameters[key]))
+        return lambda time: dr.ravel(track.at(time) @ start)
+
+    courses = {f"{_shape(name)}.vertex_positions": vertices(f"{_shape(name)}.vertex_positions", mi.Point3f)}
+    normals = f"{_shape(name)}.vertex_normals"
+    if normals in parameters and dr.width(parameters[normals]) > 0:
+        courses[normals] = vertices(normals, mi.Normal3f)
+    return courses
+
+
+def make_reweighted(props: mi.Properties) -> Reweighted:
+    """The plug-in ``reweighted``: in slices of time if objects move, else in one go."""
+    moves = props.get("slices", False) or any("@" in key for key in props)
+    return (ReweightedSlices if moves else Reweighted)(props)
+
+
+mi.register_integrator("reweighted", make_reweighted)

@@ -1,0 +1,173 @@
+"""Moving objects: slices see the scene as it is at their time, and leave it as it was."""
+
+from __future__ import annotations
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from voroquad.mitsuba.render import one_line_errors
+
+T = mi.ScalarTransform4f
+BALL = {
+    "ball/to_world@0": T().translate([-0.5, 0, 0]).scale(0.6),
+    "ball/to_world@1": T().translate([0.4, 0.3, 0]).scale(0.6),
+}
+BOX = {"box/to_world@0": T(), "box/to_world@1": T().translate([0.3, 0, 0]).rotate([0, 1, 0], 40)}
+LAMP = {"sun/irradiance/value@0": 1.0, "sun/irradiance/value@1": 3.0}
+
+
+def scene_dict(rfilter="box"):
+    film = {"type": "hdrfilm", "width": 17, "height": 12, "rfilter": {"type": rfilter}, "pixel_format": "rgb"}
+    eye = T().look_at([0, 1, 6], [0, 0, 0], [0, 1, 0])
+    camera = {
+        "type": "perspective",
+        "fov": 35,
+        "film": film,
+        "to_world": eye,
+        "shutter_open": 0.0,
+        "shutter_close": 1.0,
+    }
+    return {
+        "type": "scene",
+        "sensor": camera,
+        "ball": {"type": "sphere"},
+        "box": {"type": "cube", "to_world": T().translate([1.2, -0.5, 0]).scale(0.4)},
+        "floor": {"type": "rectangle", "to_world": T().translate([0, -1, 0]).rotate([1, 0, 0], -90).scale(5)},
+        "sun": {"type": "directional", "direction": [-1, -2, -1], "irradiance": 1.0},
+    }
+
+
+def plugin(motion=BALL | BOX | LAMP, **properties):
+    nested = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
+    return mi.load_dict(
+        {"type": "reweighted", "domain": "time", "jitter": False, "blend": "off", "nested": nested}
+        | motion
+        | properties
+    )
+
+
+def image(scene, integrator, spp=16, seed=0):
+    return np.array(mi.render(scene, integrator=integrator, spp=spp, seed=seed), dtype=np.float64)
+
+
+def by_hand(times):
+    """The mean of still images of the scene at these times, the ball, box and sun put in place one by one."""
+    nested = {"type": "plain", "jitter": False, "nested": {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}}
+    images = []
+    for t in times:
+        description = scene_dict()
+        description["ball"]["to_world"] = T().translate([-0.5 + 0.9 * t, 0.3 * t, 0]).scale(0.6)
+        description["box"]["to_world"] = (
+            T().translate([0.3 * t, 0, 0]).rotate([0, 1, 0], 40 * t).translate([1.2, -0.5, 0]).scale(0.4)
+        )
+        description["sun"]["irradiance"] = 1 + 2 * t
+        images.append(image(mi.load_dict(description), mi.load_dict(nested), 1))
+    return np.mean(images, 0)
+
+
+def test_slices_are_the_scene_at_their_times():
+    """Regular sets: every pixel sees the times (i + ½)/8; a sphere, a mesh and a number move."""
+    got = image(mi.load_dict(scene_dict()), plugin(sampler="regular", weighted=False), 8)
+    np.testing.assert_allclose(got, by_hand((np.arange(8) + 0.5) / 8), rtol=1e-3, atol=2e-4)
+
+
+def test_a_scene_is_left_as_it_was():
+    scene = mi.load_dict(scene_dict())
+    still = mi.load_dict({"type": "direct"})
+    before = image(scene, still)
+    image(scene, plugin())
+    np.testing.assert_array_equal(image(scene, still), before)
+
+
+def test_weights_lower_the_noise():
+    scene = mi.load_dict(scene_dict())
+    truth = image(scene, plugin(), 96)
+
+    def mse(**properties):
+        return np.mean([(image(scene, plugin(table_seed=k, **properties), 12, k) - truth) ** 2 for k in range(3)])
+
+    assert mse(sampler="uniform") < mse(sampler="uniform", weighted=False) / 3
+
+
+@pytest.mark.slow
+def test_blend_wide_filters_and_lambda():
+    """With pixel jitter and a wide filter: the image is that of many rays, whatever λ."""
+    scene = mi.load_dict(scene_dict("tent"))
+    common = {"jitter": True, "blend": "auto", "aovs": "lambda"}
+    got = np.mean([image(scene, plugin(table_seed=k, **common), 8, k) for k in range(4)], 0)
+    truth = image(scene, plugin(jitter=True, sampler="sobol", weighted=False), 64, 9)
+    assert got.shape == (12, 17, 4)
+    assert np.sqrt(np.mean((got[..., :3] - truth) ** 2)) < 0.05 * truth.max()
+    assert (got[..., 3] >= 0).all()
+
+
+def test_any_parameter_from_python():
+    """A deformation no keyframe describes: the vertices of a mesh, as a function of time."""
+    scene = mi.load_dict(scene_dict())
+    start = np.array(mi.traverse(scene)["box.vertex_positions"])
+
+    def taller(time):
+        y = np.zeros_like(start)
+        y[1::3] = 0.5
+        return mi.Float(start) + time * mi.Float(y)
+
+    integrator = plugin({}, slices=True, sampler="regular", weighted=False)
+    integrator.motion["box.vertex_positions"] = taller
+    got = image(scene, integrator, 2)
+    stills = []
+    for t in (0.25, 0.75):
+        parameters = mi.traverse(scene)
+        parameters["box.vertex_positions"] = taller(mi.Float(t))
+        parameters.update()
+        stills.append(image(scene, mi.load_dict({"type": "plain", "jitter": False, "nested": {"type": "direct"}}), 1))
+    np.testing.assert_allclose(got, np.mean(stills, 0), rtol=1e-3, atol=2e-4)
+
+
+def test_from_xml():
+    integrator = mi.load_string("""
+    <integrator type="reweighted" version="3.0.0">
+        <string name="domain" value="time"/> <integrator type="direct"/>
+        <transform name="ball/to_world@0"> <translate x="1"/> </transform>
+        <transform name="ball/to_world@1"> <translate x="2"/> </transform>
+    </integrator>""")
+    assert "ball.to_world" in str(integrator)
+    assert image(mi.load_dict(scene_dict()), integrator, 4).mean() > 0
+
+
+def test_same_bits_on_any_number_of_threads():
+    scene, integrator = mi.load_dict(scene_dict()), plugin(BALL)
+    before, images = dr.thread_count(), []
+    try:
+        for threads in (1, 3):
+            dr.set_thread_count(threads)
+            images.append(image(scene, integrator, 6).tobytes())
+    finally:
+        dr.set_thread_count(before)
+    assert images[0] == images[1]
+
+
+@pytest.mark.parametrize(
+    ("properties", "message"),
+    [
+        (
+            {"boll/to_world@0": T(), "boll/to_world@1": T()},
+            "no parameter 'boll.to_world' to move; near it are ball.to_world",
+        ),
+        ({"domain": "lens"}, "name that"),
+        ({"interleave": 3}, "interleave must be an even number"),
+        ({"shutter": 0.0}, "shutter_close"),
+    ],
+)
+def test_bad_input(properties, message):
+    description = scene_dict()
+    description["sensor"]["shutter_close"] = properties.get("shutter", 1.0)
+    given = {k: v for k, v in properties.items() if k != "shutter"}
+    with pytest.raises(ValueError, match=message), one_line_errors():
+        image(mi.load_dict(description), plugin(BALL | given))
+
+
+def test_no_derivatives():
+    with pytest.raises(NotImplementedError, match="moving objects"):
+        plugin().render_forward(None, None)
