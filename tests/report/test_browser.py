@@ -440,6 +440,7 @@ def test_print_shows_pictures_instead_of_controls(flat, visit):
     for kept in (".card canvas", ".picture img", ".error-table", "figcaption", ".made code"):
         assert page.locator(kept).first.is_visible()
     assert page.evaluate("getComputedStyle(document.body).color") == "rgb(27, 31, 35)"
+    assert page.locator(".scale-note").inner_text().startswith("All at 64 samples per pixel.")
 
 
 def test_a_page_that_asked_the_world_would_be_caught(flat, visit):

@@ -180,6 +180,7 @@ class Comparison {
   // Cards, left and right move to another spp; the reference stays.
   async chooseSpp(spp, methods) {
     this.spp = spp;
+    this.find(".spp-value").textContent = spp;
     this.find(`.spp input[value="${spp}"]`).checked = true;
     const [left, right] = methods ?? [this.left.method, this.right.method];
     await this.drawCards();
