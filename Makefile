@@ -55,6 +55,7 @@ format: install
 figures: install llvm
 	$(BIN)/voroquad study -o build/figures/study
 	$(BIN)/voroquad compare depth-of-field -o build/figures/compare
+	$(BIN)/python examples/mri_density.py -o build/figures/mri
 	$(BIN)/python scripts/publish_figures.py build/figures
 
 clean:

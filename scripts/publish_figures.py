@@ -2,7 +2,8 @@
 
     python scripts/publish_figures.py build/figures
 
-The folder holds `study` (voroquad study) and `compare` (voroquad compare depth-of-field). The tables stand between
+The folder holds `study` (voroquad study), `compare` (voroquad compare depth-of-field) and `mri`
+(examples/mri_density.py). The tables stand between
 `<!-- table: NAME -->` and `<!-- end -->` and are replaced whole, so that each number there comes from a file.
 """
 
@@ -31,6 +32,8 @@ COPIES = {
     "depth-of-field-mse.svg": "compare/mse.svg",
     "depth-of-field-reference.png": "compare/images/reference.png",
     "depth-of-field-errors.csv": "compare/errors.csv",
+    "mri-density.png": "mri/density.png",
+    "mri-density.csv": "mri/density.csv",
 }
 
 
@@ -131,11 +134,28 @@ def quad_table(source: Path) -> str:
     return "\n".join(lines)
 
 
+def mri_table(source: Path) -> str:
+    """CPU seconds and errors of density weights, a row for each trajectory."""
+    rows = read(source / "mri" / "density.csv")
+    methods = list(dict.fromkeys(row["method"] for row in rows))
+    lines = [
+        "| trajectory | samples | image | " + " | ".join(f"{method}: seconds | error" for method in methods) + " |",
+        "| --- | ---: | ---: |" + " ---: | ---: |" * len(methods),
+    ]
+    for name in dict.fromkeys(row["trajectory"] for row in rows):
+        own = {row["method"]: row for row in rows if row["trajectory"] == name}
+        size = f"{int(own[methods[0]]['samples']):,}".replace(",", " ") + f" | {own[methods[0]]['image']}"
+        cells = [f"{float(own[m]['cpu_seconds']):.3g} | {float(own[m]['error']):.2g}" for m in methods]
+        lines.append(f"| {name} | {size} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
 TABLES: dict[tuple[str, str], Callable[[Path], str]] = {
     ("README.md", "depth-of-field"): depth_of_field_table,
     ("README.md", "rules"): rules_table,
     ("README.md", "quad"): quad_table,
     ("docs/mitsuba.md", "gain"): gain_table,
+    ("docs/mri.md", "mri"): mri_table,
 }
 
 

@@ -10,6 +10,8 @@ from pathlib import Path
 
 import pytest
 
+import voroquad as vq
+
 ROOT = Path(__file__).parents[1]
 CMAKE = shutil.which("cmake", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}") or "cmake"
 CXX = os.environ.get("CXX", "c++")
@@ -40,15 +42,42 @@ def test_examples_build_against_installed_headers(prefix: Path, tmp_path: Path) 
     assert "total area 1.000000000000" in run(tmp_path / "largest_cells")
 
 
-def test_pkg_config_file(prefix: Path) -> None:
-    text = (prefix / "share/pkgconfig/voroquad.pc").read_text()
-    assert (prefix / "include/voroquad/cells.hpp").is_file()
-    assert "Cflags: -I${includedir} -pthread" in text
+@pytest.mark.skipif(not shutil.which("pkg-config"), reason="needs pkg-config")
+def test_examples_build_with_pkg_config(prefix: Path, tmp_path: Path) -> None:
+    def flags(*questions: str) -> list[str]:
+        return run("pkg-config", *questions, "voroquad", PKG_CONFIG_PATH=f"{prefix}/share/pkgconfig").split()
+
+    assert run("pkg-config", "--modversion", prefix / "share/pkgconfig/voroquad.pc").strip() == vq.__version__
+    program = tmp_path / "largest_cells"
+    source = ROOT / "examples/cpp/largest_cells.cpp"
+    run(CXX, "-std=c++20", "-O2", source, *flags("--cflags", "--libs"), "-o", program)
+    assert "total area 1.000000000000" in run(program)
 
 
-def test_sanitizers_find_nothing(tmp_path: Path) -> None:
-    """AddressSanitizer and UndefinedBehaviorSanitizer over random inputs of the fuzz target."""
-    program = tmp_path / "fuzz"
-    flags = "-std=c++20 -O1 -g -Wall -Wextra -Werror -fsanitize=address,undefined -fno-sanitize-recover=all -pthread"
-    run(CXX, *flags.split(), f"-I{ROOT / 'include'}", ROOT / "tests/cpp/fuzz_cells.cpp", "-o", program)
+def test_every_header_stands_alone(prefix: Path, tmp_path: Path) -> None:
+    headers = sorted((prefix / "include/voroquad").glob("*.hpp"))
+    assert len(headers) > 10
+    source = tmp_path / "headers.cpp"
+    for header in headers:
+        source.write_text(f"#include <voroquad/{header.name}>\n#include <voroquad/{header.name}>\n")
+        run(CXX, "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", f"-I{prefix / 'include'}", source)
+
+
+def build(program: Path, sanitizers: str, source: str) -> Path:
+    flags = f"-std=c++20 -O1 -g -Wall -Wextra -Werror -fsanitize={sanitizers} -fno-sanitize-recover=all -pthread"
+    run(CXX, *flags.split(), f"-I{ROOT / 'include'}", ROOT / "tests/cpp" / source, "-o", program)
+    return program
+
+
+def test_address_and_undefined_behaviour_sanitizers_find_nothing(tmp_path: Path) -> None:
+    """Over the corpus that libFuzzer kept and over random inputs."""
+    program = build(tmp_path / "fuzz", "address,undefined", "fuzz_cells.cpp")
+    corpus = sorted((ROOT / "tests/cpp/corpus").iterdir())
+    assert len(corpus) > 50
+    run(program, *corpus)
     run(program)
+
+
+@pytest.mark.slow
+def test_thread_sanitizer_finds_nothing(tmp_path: Path) -> None:
+    run(build(tmp_path / "threads", "thread", "threads.cpp"), TSAN_OPTIONS="halt_on_error=1")

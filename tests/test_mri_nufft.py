@@ -45,9 +45,9 @@ def test_the_example(tmp_path, monkeypatch):
     with (tmp_path / "density.csv").open(newline="") as file:
         error = {(row["trajectory"], row["method"]): float(row["error"]) for row in csv.DictReader(file)}
     for trajectory in {name for name, _ in error}:
-        assert error[trajectory, "voroquad"] < 1.01 * error[trajectory, "voronoi"]
-        assert error[trajectory, "voroquad"] < 0.75 * error[trajectory, "cell_count"]
+        assert error[trajectory, "voroquad"] < error[trajectory, "voronoi"]
+        assert error[trajectory, "voroquad"] < 0.3 * error[trajectory, "cell_count"]
     repeated = "radial, every other spoke twice"
-    assert error[repeated, "voroquad"] == pytest.approx(error["radial", "voroquad"], rel=1e-5)
-    assert error[repeated, "voronoi"] > 1.1 * error["radial", "voronoi"]
+    assert error[repeated, "voroquad"] == pytest.approx(error["radial", "voroquad"], rel=1e-3)
+    assert error[repeated, "voronoi"] > 1.5 * error["radial", "voronoi"]
     assert imread(tmp_path / "density.png").std() > 0.1
