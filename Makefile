@@ -1,4 +1,5 @@
 # make demo   the talk's study and a depth-of-field comparison at a small size, then out/index.html
+# make docs   the documentation as a site
 # make test   what CI runs; make test-all adds the slow tests
 # Every target makes what it needs first: .venv, the installed package, libLLVM, Chromium for the browser tests.
 
@@ -9,7 +10,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 CORE := $(wildcard include/voroquad/*.hpp) $(wildcard src/bindings/*) CMakeLists.txt
 
-.PHONY: install llvm chromium demo test test-all lint format figures clean
+.PHONY: install llvm chromium demo test test-all lint format docs figures clean
 
 install: $(VENV)/.installed
 
@@ -50,6 +51,10 @@ format: install
 	$(BIN)/ruff format -q .
 	$(BIN)/ruff check -q --fix .
 	$(BIN)/clang-format -i include/voroquad/*.hpp src/bindings/*
+
+# The documentation as a site, build/docs/index.html; a warning is an error
+docs: install
+	$(BIN)/sphinx-build -q -W --keep-going -b html docs build/docs
 
 # The pictures and numbers of README and docs, measured anew
 figures: install llvm

@@ -91,8 +91,8 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
     Notes
     -----
     The cell of x_i is the set of all y no farther from x_i than from any other point,
-    V_i = {y : |y − x_i| ≤ |y − x_j| for all j}. It is cut out by the half-spaces
-    (x_j − x_i)·(y − x_i) ≤ |x_j − x_i|²/2 of the neighbours, nearest first, until every
+    V_i = {y : \\|y − x_i\\| ≤ \\|y − x_j\\| for all j}. It is cut out by the half-spaces
+    (x_j − x_i)·(y − x_i) ≤ \\|x_j − x_i\\|²/2 of the neighbours, nearest first, until every
     corner of the cell is closer than half the distance to all points not yet seen.
 
     Examples

@@ -50,8 +50,8 @@ def density_compensation(
 
     Notes
     -----
-    The ball has the radius R = max |k|, and the weights are the exact areas or volumes of the
-    cells' parts in it. A trajectory fills corners where R > 1.2 max_a |k_a|; for a full square or
+    The ball has the radius R = max \\|k\\|, and the weights are the exact areas or volumes of the
+    cells' parts in it. A trajectory fills corners where R > 1.2 max_a \\|k_a\\|; for a full square or
     cube that ratio is √d. Planes of a stack are best weighed each on its own.
 
     References

@@ -142,7 +142,7 @@ def quad(
         Seed.
     rtol, atol : float, optional
         Tolerance mode: sets of growing size, from n_points on, until half the 95 % interval is at most
-        max(atol, rtol |I|); an argument left out is 0. The result comes from one more set of the last
+        max(atol, rtol \\|I\\|); an argument left out is 0. The result comes from one more set of the last
         size, independent of those that settled the size, so it stays unbiased.
     max_evaluations : int
         Of all sets together, in tolerance mode.
@@ -172,12 +172,12 @@ def quad(
     -----
     By default the box is cut into N equal strata S_i, each with one random point x_i, and
 
-        Î = Σ_i [ ∫_{S_i} P_i + |S_i| (f(x_i) − P_i(x_i)) ],
+        Î = Σ_i [ ∫_{S_i} P_i + \\|S_i\\| (f(x_i) − P_i(x_i)) ],
 
     where P_i is a polynomial fitted to the samples around S_i without x_i. This is unbiased for every
     integrand, exact for polynomials up to the order, and its mean squared error falls as
     N^(−1−2(p+1)/d) for smooth ones. The error is read off the corrections of one set,
-    (Σ_i (|S_i| (f(x_i) − P_i(x_i)))²)^½ times a factor for the order and dimension that
+    (Σ_i (\\|S_i\\| (f(x_i) − P_i(x_i)))²)^½ times a factor for the order and dimension that
     ``benchmarks/calibrate_errors.py`` found.
 
     Examples

@@ -71,18 +71,18 @@ def weights(
     they are made once per set and serve every integrand. Order 0 takes the nearest sample's value
     for f̂, hence w_j = \\|V_j\\|, the measure of its Voronoi cell (see :func:`voroquad.cells`).
 
-    ==================  =======  =====  =============================  ========  ======
-    debias              order    d      designs                        unbiased  Σ w = 1
-    ==================  =======  =====  =============================  ========  ======
-    ``none``            0        1 to 3 any                            no        yes
-    ``bias-function``   0        1 to 3 uniform, stratified            yes       no
-    ``exchange``        0        1      uniform, stratified            yes       yes
-    ``leave-one-out``   0        1 to 3 uniform, stratified            yes       yes
-    ``leave-one-out``   1 to 8   1 to 3 stratified, multi-jittered     yes       yes
-    ``leave-one-out``   1 to 3   4 to 8 stratified, multi-jittered     yes       yes
-    ``cross-fit``       1 to 8   1 to 3 randomised, two sets or more   yes       mean
-    ``cross-fit``       1 to 3   4 to 8 randomised, two sets or more   yes       mean
-    ==================  =======  =====  =============================  ========  ======
+    ==================  =======  ======  =============================  ========  ======
+    debias              order    d       designs                        unbiased  Σ w = 1
+    ==================  =======  ======  =============================  ========  ======
+    ``none``            0        1 to 3  any                            no        yes
+    ``bias-function``   0        1 to 3  uniform, stratified            yes       no
+    ``exchange``        0        1       uniform, stratified            yes       yes
+    ``leave-one-out``   0        1 to 3  uniform, stratified            yes       yes
+    ``leave-one-out``   1 to 8   1 to 3  stratified, multi-jittered     yes       yes
+    ``leave-one-out``   1 to 3   4 to 8  stratified, multi-jittered     yes       yes
+    ``cross-fit``       1 to 8   1 to 3  randomised, two sets or more   yes       mean
+    ``cross-fit``       1 to 3   4 to 8  randomised, two sets or more   yes       mean
+    ==================  =======  ======  =============================  ========  ======
 
     References
     ----------

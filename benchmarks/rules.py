@@ -1,0 +1,101 @@
+"""Every rule on single sets, a smooth integrand and one with jumps: benchmarks/results/rules.csv.
+
+    python benchmarks/rules.py
+
+Methods of one design see the same sets. `gain` is the mean squared error of independent samples with equal weights
+over the rule's; `abs_sum` the mean of Σ|w|, by how much a rule can multiply what it does not understand.
+docs/rules.md has its tables from here (scripts/publish_tables.py).
+"""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+
+from voroquad.samplers import sample
+from voroquad.study.convergence import Measurement, Method, measure
+from voroquad.study.functions import INTEGRANDS
+
+RESULT = Path(__file__).parent / "results" / "rules.csv"
+SIZES = (64, 1024)
+REPLICATES = 1000
+INTEGRANDS_OF = {1: ("smooth", "jump"), 2: ("smooth-2d", "jump-2d")}
+
+METHODS = {
+    1: (
+        Method("equal weights", "uniform"),
+        Method("Voronoi cells", "uniform", "none"),
+        Method("Voronoi cells / G", "uniform", "bias-function"),
+        Method("exchange", "uniform", "exchange"),
+        Method("equal weights", "stratified"),
+        Method("Voronoi cells", "stratified", "none"),
+        Method("exchange", "stratified", "exchange"),
+        Method("leave-one-out, order 2", "stratified", "leave-one-out", 2),
+        Method("leave-one-out, order 6", "stratified", "leave-one-out", 6),
+        Method("equal weights", "sobol"),
+        Method("Voronoi cells", "sobol", "none"),
+    ),
+    2: (
+        Method("equal weights", "uniform"),
+        Method("Voronoi cells", "uniform", "none"),
+        Method("Voronoi cells / G", "uniform", "bias-function"),
+        Method("leave-one-out, order 0", "uniform", "leave-one-out"),
+        Method("equal weights", "stratified"),
+        Method("Voronoi cells", "stratified", "none"),
+        Method("leave-one-out, order 0", "stratified", "leave-one-out"),
+        Method("leave-one-out, order 1", "stratified", "leave-one-out", 1),
+        Method("leave-one-out, order 3", "stratified", "leave-one-out", 3),
+        Method("equal weights", "multi-jittered"),
+        Method("leave-one-out, order 3", "multi-jittered", "leave-one-out", 3),
+        Method("equal weights", "sobol"),
+        Method("Voronoi cells", "sobol", "none"),
+    ),
+}
+
+
+def main() -> None:
+    """Measure, and write the table."""
+    rows = []
+    for d, methods in METHODS.items():
+        integrands = [INTEGRANDS[name] for name in INTEGRANDS_OF[d]]
+        measured = measure(methods, integrands, SIZES, replicates=REPLICATES, seed=1, advance=report)
+        spread = {(m, n): absolute_sum(m, n, d) for m in methods for n in SIZES}
+        plain = {(m.integrand, m.n): m.mse for m in measured if m.method == methods[0]}
+        rows += [row(d, m, plain[m.integrand, m.n] / m.mse, spread[m.method, m.n]) for m in measured]
+    with RESULT.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, rows[0])
+        writer.writeheader()
+        writer.writerows(rows)
+
+
+def absolute_sum(method: Method, n: int, d: int) -> float:
+    """Mean of Σ|w| over 100 sets."""
+    return float(np.abs(method.weights(sample(method.design, n, d, sets=100, rng=2))).sum(axis=-1).mean())
+
+
+def row(d: int, m: Measurement, gain: float, spread: float) -> dict[str, object]:
+    """A line of the table."""
+    return {
+        "d": d,
+        "integrand": m.integrand,
+        "design": m.method.design,
+        "weights": m.method.name,
+        "n": m.n,
+        "sets": m.replicates,
+        "mse": f"{m.mse:.4g}",
+        "mse_standard_error": f"{m.mse_error:.2g}",
+        "gain": f"{gain:.4g}",
+        "bias_z": f"{m.bias / m.bias_error:.2f}",
+        "abs_sum": f"{spread:.3f}",
+    }
+
+
+def report(done: str, _steps: int) -> None:
+    """Say what was done."""
+    print(done, flush=True)
+
+
+if __name__ == "__main__":
+    main()

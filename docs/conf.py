@@ -1,0 +1,44 @@
+"""Sphinx settings of the documentation; `make docs` builds it."""
+
+from __future__ import annotations
+
+import voroquad
+
+project = "voroquad"
+copyright = "the voroquad authors, MIT licence"
+version = release = voroquad.__version__
+
+extensions = [
+    "myst_parser",
+    "numpydoc",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.autosummary",
+    "sphinx.ext.viewcode",
+    "sphinx_copybutton",
+    "sphinx_design",
+    "sphinx-mathjax-offline",  # formulas without network
+]
+source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # the latter: docs/generated, the pages of the API
+
+myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "smartquotes"]
+myst_heading_anchors = 3
+myst_links_external_new_tab = False
+
+autosummary_generate = True
+autodoc_typehints = "none"  # numpydoc's Parameters say it with shapes
+numpydoc_show_class_members = False
+numpydoc_xref_param_type = False
+add_function_parentheses = False
+
+html_theme = "furo"
+html_title = "voroquad"
+html_static_path = ["static"]
+html_css_files = ["site.css"]
+html_show_sphinx = False
+html_copy_source = False
+html_theme_options = {
+    "sidebar_hide_name": False,
+    "light_css_variables": {"color-brand-primary": "#005a9c", "color-brand-content": "#005a9c"},
+    "dark_css_variables": {"color-brand-primary": "#7cb7f0", "color-brand-content": "#7cb7f0"},
+}
+copybutton_exclude = ".linenos, .gp, .go"

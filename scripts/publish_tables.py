@@ -1,0 +1,189 @@
+"""Fills the tables of docs/rules.md and docs/peers.md from the committed results of benchmarks.
+
+    python scripts/publish_tables.py           # writes them
+    python scripts/publish_tables.py --check   # says which are out of date, and fails
+
+The tables stand between `<!-- table: NAME -->` and `<!-- end -->` and are replaced whole.
+"""
+
+from __future__ import annotations
+
+import argparse
+import csv
+import sys
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from publish_figures import FIGURES, ROOT, quad_table, replace_table, scientific
+
+RESULTS = ROOT / "benchmarks" / "results"
+DESIGNS = {"sobol": "Sobol'"}
+UNBIASED = {"equal weights": True, "Voronoi cells": False}
+INTEGRANDS = {1: ("smooth", "jump"), 2: ("smooth-2d", "jump-2d")}
+
+Row = dict[str, str]
+
+
+def main() -> int:
+    """Write or check the tables; 1 where one is out of date."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--check", action="store_true", help="write nothing")
+    check = parser.parse_args().check
+    stale = []
+    for page, tables in TABLES.items():
+        path = ROOT / "docs" / page
+        text = filled = path.read_text(encoding="utf-8")
+        for name, table in tables.items():
+            filled = replace_table(filled, name, table())
+        if filled != text:
+            stale.append(page)
+            if not check:
+                path.write_text(filled, encoding="utf-8")
+    if check and stale:
+        print(f"tables out of date: {', '.join(stale)}; run python scripts/publish_tables.py", file=sys.stderr)
+    return int(check and bool(stale))
+
+
+# ---------------------------------------------------------------------- docs/rules.md
+
+
+def decision_table() -> str:
+    """Which rule for which need, with what it gains at N = 64 and 1024."""
+    rows = [["you have", "use", "d", "smooth: N = 64", "1024", "jumps: N = 64", "1024"]]
+    for need, choices in DECISIONS.items():
+        for k, (d, design, weights) in enumerate(choices):
+            gains = [gain(d, integrand, design, weights, n) for integrand in INTEGRANDS[d] for n in (64, 1024)]
+            use = f"{DESIGNS.get(design, design)}, {weights}"
+            rows.append(["" if k else need, use, str(d), *map(short, gains)])
+    return markdown(rows, "lll")
+
+
+DECISIONS: dict[str, tuple[tuple[int, str, str], ...]] = {
+    "samples that nobody knows the design of": ((1, "uniform", "Voronoi cells"), (2, "uniform", "Voronoi cells")),
+    "independent uniform samples; a bias matters": (
+        (1, "uniform", "exchange"),
+        (2, "uniform", "leave-one-out, order 0"),
+    ),
+    "the choice of samples; weights must be positive": (
+        (1, "stratified", "Voronoi cells"),
+        (2, "stratified", "Voronoi cells"),
+        (2, "sobol", "Voronoi cells"),
+    ),
+    "the choice of samples; a bias matters (`vq.quad`)": (
+        (1, "stratified", "leave-one-out, order 2"),
+        (2, "multi-jittered", "leave-one-out, order 3"),
+        (2, "stratified", "leave-one-out, order 0"),
+    ),
+    "to compare with: good samples, equal weights": (
+        (1, "sobol", "equal weights"),
+        (2, "sobol", "equal weights"),
+    ),
+}
+
+
+def rules_table(d: int) -> Callable[[], str]:
+    """MSE of every rule in d dimensions."""
+
+    def table() -> str:
+        smooth, jump = INTEGRANDS[d]
+        rows = [["samples", "weights", "unbiased", "Σ\\|w\\|", "smooth: N = 64", "1024", "jumps: N = 64", "1024"]]
+        of_d = [r for r in read(RESULTS / "rules.csv") if r["d"] == str(d)]
+        for design, weights in dict.fromkeys((r["design"], r["weights"]) for r in of_d):
+            own = {(r["integrand"], r["n"]): r for r in of_d if (r["design"], r["weights"]) == (design, weights)}
+            errors = [scientific(float(own[f, n]["mse"])) for f in (smooth, jump) for n in ("64", "1024")]
+            unbiased = "yes" if UNBIASED.get(weights, True) else "no"
+            rows.append([DESIGNS.get(design, design), weights, unbiased, own[smooth, "1024"]["abs_sum"], *errors])
+        return markdown(rows, "lll")
+
+    return table
+
+
+def other_noise_table() -> str:
+    """What weights cost where their domain is the least of the noise."""
+    rows = [["lens samples, 64 spp", "variance, weighted over plain"]]
+    for r in read(RESULTS / "weights_under_other_noise.csv"):
+        rows.append([DESIGNS.get(r["design"], r["design"]), f"{r['ratio']} ± {r['ratio_standard_error']}"])
+    return markdown(rows, "l")
+
+
+def gain(d: int, integrand: str, design: str, weights: str, n: int) -> float:
+    """MSE of independent samples with equal weights over that of a rule."""
+    (row,) = (
+        r
+        for r in read(RESULTS / "rules.csv")
+        if (r["d"], r["integrand"], r["design"], r["weights"], r["n"]) == (str(d), integrand, design, weights, str(n))
+    )
+    return float(row["gain"])
+
+
+# ---------------------------------------------------------------------- docs/peers.md
+
+
+def neighbours_table() -> str:
+    """Order-0 rules on independent samples in the plane."""
+    rules = {"plain": "plain", "control neighbours": "control neighbours", "boundary control": "leave-one-out, order 0"}
+    measured = [r for r in read(RESULTS / "order0_rules.csv") if r["design"] == "uniform"]
+    rows = [["integrand", "N", *rules.values()]]
+    for f, n in dict.fromkeys((r["f"], r["n"]) for r in measured):
+        mse = {r["rule"]: float(r["mse"]) for r in measured if (r["f"], r["n"]) == (f, n)}
+        rows.append([f, n, *(scientific(mse[rule]) for rule in rules)])
+    return markdown(rows, "l")
+
+
+def cells_table() -> str:
+    """CPU time per point of cells."""
+    rows = [["points", "N", "program", "ns per point", "times voroquad"]]
+    for r in read(RESULTS / "cells_peers.csv"):
+        rows.append([r["points"], f"{int(r['n']):,}", r["program"], f"{int(r['ns per point']):,}", r["times voroquad"]])
+    return markdown(rows, "l")
+
+
+def gain_table() -> str:
+    """MSE of uniform samples over that of each method in a render."""
+    measured = read(FIGURES / "depth-of-field-errors.csv")
+    spp = sorted({int(r["spp"]) for r in measured})
+    rows = [["lens samples", *(f"{n} spp" for n in spp)]]
+    for method in dict.fromkeys(r["method"] for r in measured):
+        own = {int(r["spp"]): float(r["uniform_mse_over_mse"]) for r in measured if r["method"] == method}
+        rows.append([method, *(f"{own[n]:.1f}" for n in spp)])
+    return markdown(rows, "l")
+
+
+TABLES: dict[str, dict[str, Callable[[], str]]] = {
+    "rules.md": {
+        "decision": decision_table,
+        "other-noise": other_noise_table,
+        "rules-1": rules_table(1),
+        "rules-2": rules_table(2),
+    },
+    "peers.md": {
+        "quad": lambda: quad_table(ROOT),
+        "neighbours": neighbours_table,
+        "cells": cells_table,
+        "gain": gain_table,
+    },
+}
+
+
+# ---------------------------------------------------------------------- parts
+
+
+def markdown(rows: Sequence[Sequence[str]], left: str) -> str:
+    """A table; the first columns, as many as `left` has letters, are flush left, the others right."""
+    rule = ["---" if k < len(left) else "---:" for k in range(len(rows[0]))]
+    return "\n".join("| " + " | ".join(row) + " |" for row in (rows[0], rule, *rows[1:]))
+
+
+def short(value: float) -> str:
+    """Two digits: 23, 1.2·10⁴."""
+    return f"{value:.2g}" if value < 100 else f"{value:.0f}" if value < 1000 else scientific(value)
+
+
+def read(path: Path) -> list[Row]:
+    """The rows of a CSV file, without comments."""
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(line for line in file if not line.startswith("#")))
+
+
+if __name__ == "__main__":
+    sys.exit(main())
