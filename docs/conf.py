@@ -20,6 +20,8 @@ extensions = [
 ]
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # the latter: docs/generated, the pages of the API
 
+templates_path = ["templates"]
+
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "smartquotes"]
 myst_heading_anchors = 3
 myst_links_external_new_tab = False
@@ -33,6 +35,7 @@ add_function_parentheses = False
 html_theme = "furo"
 html_title = "voroquad"
 html_static_path = ["static"]
+html_favicon = "static/favicon.svg"
 html_css_files = ["site.css"]
 html_show_sphinx = False
 html_copy_source = False

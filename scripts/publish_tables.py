@@ -132,10 +132,10 @@ def neighbours_table() -> str:
 
 def cells_table() -> str:
     """CPU time per point of cells."""
-    rows = [["points", "N", "program", "ns per point", "times voroquad"]]
+    rows = [["points", "program", "N", "ns per point", "times voroquad"]]
     for r in read(RESULTS / "cells_peers.csv"):
-        rows.append([r["points"], f"{int(r['n']):,}", r["program"], f"{int(r['ns per point']):,}", r["times voroquad"]])
-    return markdown(rows, "l")
+        rows.append([r["points"], r["program"], f"{int(r['n']):,}", f"{int(r['ns per point']):,}", r["times voroquad"]])
+    return markdown(rows, "ll")
 
 
 def gain_table() -> str:
@@ -171,7 +171,12 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
 def markdown(rows: Sequence[Sequence[str]], left: str) -> str:
     """A table; the first columns, as many as `left` has letters, are flush left, the others right."""
     rule = ["---" if k < len(left) else "---:" for k in range(len(rows[0]))]
-    return "\n".join("| " + " | ".join(row) + " |" for row in (rows[0], rule, *rows[1:]))
+    lines = ["| " + " | ".join(row) + " |" for row in (rows[0], rule, *rows[1:])]
+    return (
+        "\n".join(lines)
+        .replace("order ", "order\N{NO-BREAK SPACE}")
+        .replace("N = ", "N\N{NO-BREAK SPACE}=\N{NO-BREAK SPACE}")
+    )
 
 
 def short(value: float) -> str:

@@ -150,6 +150,8 @@ def test_the_keyboard_reaches_everything(open_page):
     page = open_page()
     reached = set()
     for _ in range(60):
+        if reached >= WIDGETS:
+            break
         page.keyboard.press("Tab")
         reached.add(
             page.evaluate(
@@ -183,7 +185,7 @@ def test_experiments_fill_in(open_page):
     assert page.get_by_text("slope against N").is_visible()
 
 
-def test_light_and_dark(open_page):
+def test_light_dark_and_narrow(open_page):
     page = open_page()
     for scheme in ("light", "dark", "light"):
         page.emulate_media(color_scheme=scheme)
@@ -191,15 +193,9 @@ def test_light_and_dark(open_page):
         until(lambda middle=middle, scheme=scheme: (page.evaluate(middle) > 200) == (scheme == "light"))
         paper = page.evaluate("getComputedStyle(document.body).backgroundColor")
         assert (int(re.search(r"\d+", paper)[0]) > 200) == (scheme == "light")
-
-
-def test_narrow_windows_do_not_scroll_sideways(open_page):
-    page = open_page(viewport={"width": 360, "height": 700})
-    for width in (360, 800):
+    for width in (800, 360):
         page.set_viewport_size({"width": width, "height": 700})
         until(lambda width=width: page.evaluate("document.documentElement.scrollWidth") <= width)
-        page.get_by_label("2-D").check()
-        until(lambda: page.locator("#page[data-d='2']").count())
 
 
 def test_a_page_of_another_site_cannot_drive_it(browser, server):

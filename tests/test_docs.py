@@ -1,0 +1,68 @@
+"""The documentation builds without a warning, holds the committed numbers and takes nothing from the network."""
+
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory):
+    pytest.importorskip("sphinx", reason="needs the extra docs")
+    folder = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
+    done = subprocess.run([*command, ROOT / "docs", folder / "html"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stderr
+    assert done.stderr == ""
+    return folder / "html"
+
+
+def test_every_page_is_reached_from_the_first(site):
+    reached, new = set(), {site / "index.html"}
+    while new:
+        page = new.pop()
+        reached.add(page)
+        links = re.findall(r'<a [^>]*href="([^"#:]+\.html)', page.read_text(encoding="utf-8"))
+        new |= {(page.parent / link).resolve() for link in links} - reached
+    pages = {page for page in site.rglob("*.html") if "_modules" not in page.parts}
+    assert pages - reached <= {site / "genindex.html", site / "py-modindex.html", site / "search.html"}
+
+
+def test_pages_load_nothing_from_elsewhere(site):
+    for page in site.rglob("*.html"):
+        text = page.read_text(encoding="utf-8")
+        loaded = re.findall(r'<(?:script|img|iframe|link)\b[^>]*?(?:src|href)="([^"]+)"', text)
+        assert loaded
+        assert [link for link in loaded if re.match(r"(https?:)?//", link)] == []
+    assert (site / "_static/mathjax/tex-chtml.js").is_file()
+
+
+def test_the_public_names_are_documented(site):
+    import voroquad
+
+    for name in voroquad.__all__:
+        page = (site / "generated" / f"voroquad.{name}.html").read_text(encoding="utf-8")
+        assert "problematic" not in page
+        assert f'id="voroquad.{name}"' in page
+
+
+def test_formulas_are_rendered_without_network(site, browser):
+    page = browser.new_page()
+    asked = []
+    page.on("request", lambda request: asked.append(request.url))
+    page.goto((site / "theory.html").as_uri())
+    page.wait_for_selector("mjx-container[display=true]", timeout=60_000)
+    assert page.locator("mjx-merror").count() == 0
+    assert all(url.startswith(("file:", "data:")) for url in asked)
+    page.close()
+
+
+def test_tables_hold_the_committed_numbers():
+    done = subprocess.run(
+        [sys.executable, ROOT / "scripts" / "publish_tables.py", "--check"], capture_output=True, text=True
+    )
+    assert (done.returncode, done.stderr) == (0, "")
