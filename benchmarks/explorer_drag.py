@@ -3,7 +3,8 @@
     python benchmarks/explorer_drag.py     # on a machine that does nothing else; needs Chromium
 
 From the browser's pointermove event to the end of the frame in which the new cells are drawn: the message to the
-server, cells, weights, estimate, the message back, the wait for the frame and the drawing. Writes benchmarks/results/explorer_drag.csv.
+server, cells, weights, estimate, the message back, the wait for the frame and the drawing.
+Writes benchmarks/results/explorer_drag.csv.
 """
 
 from __future__ import annotations
