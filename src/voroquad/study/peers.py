@@ -13,8 +13,11 @@ import scipy.integrate
 from scipy.stats import qmc
 
 from ..integrand import IntegrationWarning
-from ..quadrature import REPLICATES, quad
+from ..quadrature import quad
 from .integrand import Array, Integrand
+
+#: Randomised sets that a rule takes the mean of, as qmc_quad does by default.
+REPLICATES = 8
 
 #: Estimates (functions,), and the evaluations of each function that they took.
 Estimates = tuple[Array, int]
