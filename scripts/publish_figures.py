@@ -171,7 +171,12 @@ def replace_table(text: str, name: str, table: str) -> str:
 def scientific(value: float) -> str:
     """A number to two digits, as 1.2·10⁻⁵."""
     mantissa, exponent = f"{value:.1e}".split("e")
-    return f"{mantissa}·10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{mantissa}·{power_of_ten(int(exponent))}"
+
+
+def power_of_ten(exponent: int) -> str:
+    """10⁻⁵."""
+    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def read(path: Path) -> list[dict[str, str]]:

@@ -1,4 +1,4 @@
-"""Fills the tables of docs/rules.md and docs/peers.md from the committed results of benchmarks.
+"""Fills tables of docs from the committed results of benchmarks.
 
     python scripts/publish_tables.py           # writes them
     python scripts/publish_tables.py --check   # says which are out of date, and fails
@@ -14,7 +14,7 @@ import sys
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
-from publish_figures import FIGURES, ROOT, quad_table, replace_table, scientific
+from publish_figures import FIGURES, ROOT, power_of_ten, quad_table, replace_table, scientific
 
 RESULTS = ROOT / "benchmarks" / "results"
 DESIGNS = {"sobol": "Sobol'"}
@@ -149,7 +149,41 @@ def gain_table() -> str:
     return markdown(rows, "l")
 
 
+# ---------------------------------------------------------------------- docs/quadrature.md
+
+
+def families_table() -> str:
+    """MSE of qmc_quad over that of vq.quad, by family."""
+    measured = [r for r in read(RESULTS / "quad_peers.csv") if r["peer"] == "qmc_quad"]
+    rows = [["d", "evaluations", *dict.fromkeys(r["family"] for r in measured)]]
+    for d, n in dict.fromkeys((r["d"], r["n"]) for r in measured):
+        rows.append([d, n, *(short(float(r["mse_ratio"])) for r in measured if (r["d"], r["n"]) == (d, n))])
+    return markdown(rows, "ll")
+
+
+# ---------------------------------------------------------------------- docs/bias.md
+
+
+def bias_table() -> str:
+    """Time and accuracy of the tables of the bias function."""
+    names = {"d": "d", "n": "N", "design": "design", "points": "points", "milliseconds": "ms"}
+    names |= {"mean_error": "mean error", "largest_error": "largest error"}
+    return markdown([[*names.values()], *([r[k] for k in names] for r in read(RESULTS / "bias_tables.csv"))], "lll")
+
+
+def order0_table() -> str:
+    """Order-0 rules on a smooth function in the plane."""
+    rows = [["design", "N", "rule", "MSE", "z"]]
+    for n in ("64", "1024"):
+        for r in read(RESULTS / "order0_rules.csv"):
+            if r["f"].startswith("exp") and r["n"] == n:
+                rows.append([r["design"], n, r["rule"], with_error(r), r["bias_z"]])
+    return markdown(rows, "lll")
+
+
 TABLES: dict[str, dict[str, Callable[[], str]]] = {
+    "quadrature.md": {"families": families_table},
+    "bias.md": {"bias-tables": bias_table, "order0": order0_table},
     "rules.md": {
         "decision": decision_table,
         "other-noise": other_noise_table,
@@ -182,6 +216,13 @@ def markdown(rows: Sequence[Sequence[str]], left: str) -> str:
 def short(value: float) -> str:
     """Two digits: 23, 1.2·10⁴."""
     return f"{value:.2g}" if value < 100 else f"{value:.0f}" if value < 1000 else scientific(value)
+
+
+def with_error(row: Row) -> str:
+    """A mean squared error with its standard error: (1.3 ± 0.1)·10⁻⁶."""
+    mse, error = float(row["mse"]), float(row["mse_standard_error"])
+    power = int(f"{mse:e}".split("e")[1])
+    return f"({mse / 10.0**power:.1f} ± {error / 10.0**power:.1f})·{power_of_ten(power)}"
 
 
 def read(path: Path) -> list[Row]:
