@@ -174,7 +174,9 @@ def test_zoom_and_pan_are_shared(flat, opened):
         assert (first[1] - first[0]) / (first[3] - first[2]) == pytest.approx(width / height)
         stage.point(0.3, 0.3)
         opened.mouse.down()
+        stage.point(0.25, 0.25)  # a drag begins with the first move and pans by those after it
         stage.point(0.2, 0.2)
+        opened.wait_for_timeout(300)
         opened.mouse.up()
         opened.wait_for_timeout(300)
         panned, other = views(opened)
