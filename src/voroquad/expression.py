@@ -91,7 +91,8 @@ def compile_expression(text: str, d: int) -> Callable[[Array], Array]:
             )  # what Python finds doubtful is refused or means what it says
             tree = ast.parse(text.strip().replace("^", "**"), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
-        raise ValueError(f"expression: cannot read {_short(text)!r} ({type(error).__name__})") from None
+        why = _short(error.msg, 100) if isinstance(error, SyntaxError) else type(error).__name__
+        raise ValueError(f"expression: cannot read {_short(text)!r}: {why}") from None
     values = _translate(tree, _variables(d), DEEPEST)
 
     def evaluate(x: Array) -> Array:
@@ -209,5 +210,5 @@ def _nesting(text: str) -> int:
     return deepest
 
 
-def _short(text: str) -> str:
-    return text if len(text) <= 40 else text[:37] + "..."
+def _short(text: str, longest: int = 40) -> str:
+    return text if len(text) <= longest else text[: longest - 3] + "..."

@@ -29,9 +29,11 @@ Array = NDArray[np.float64]
 #: Abscissas of curves
 _CURVE = np.linspace(0, 1, 1001)
 #: Pixels along a side of images
-_PIXELS = 96
-#: So many samples are drawn with outlines
+_PIXELS = 160
+#: So many samples are drawn with outlines, which stand out on every colour; more are plain dots
 _OUTLINED = 400
+_OUTLINE = {"fill_color": "#16181b", "line_color": "#ffffff"}
+_PLAIN = {"fill_color": MUTED, "line_color": None}
 #: End of the scale of weights, in fair shares, as in the study's figures
 _HEAVIEST = 3.0
 _SHARES = [0, 0.5, 1, 2, 3]
@@ -103,7 +105,7 @@ class CellsSquare:
     def _set_detail(self, n: int) -> None:
         """Outlines where there is room for them; without, a drag of one sample in a thousand stays smooth."""
         few = n <= _OUTLINED
-        self._points.glyph.update(size=_marker_size(n), line_color="#ffffff" if few else None)
+        self._points.glyph.update(size=_marker_size(n), **(_OUTLINE if few else _PLAIN))
         self._patches.glyph.line_color = MUTED if few else None
 
 
@@ -187,7 +189,7 @@ _BAR: dict[str, Any] = {
 
 
 def _points(plot: figure, x: str, y: str, source: ColumnDataSource) -> Any:
-    return plot.scatter(x, y, source=source, size=8, fill_color="#16181b", line_color="#ffffff", line_width=1.2)
+    return plot.scatter(x, y, source=source, size=8, line_width=1.2, **_OUTLINE)
 
 
 def _marker_size(n: int) -> float:

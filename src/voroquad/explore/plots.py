@@ -27,7 +27,8 @@ class Histograms:
         self.figures = [self._panel(k) for k in range(len(RULE_COLORS))]
 
     def _panel(self, k: int) -> figure:
-        plot = new_plot(f"histogram-{'ab'[k]}", height=240, x_range=self._range, y_range=DataRange1d(start=0))
+        ranges = {"x_range": self._range, "y_range": DataRange1d(start=0)}
+        plot = new_plot(f"histogram-{'ab'[k]}", height=240, min_border=24, y_axis_location=None, **ranges)
         plot.quad(
             left="left", right="right", bottom=0, top="count", source=self._sources[k],
             fill_color=RULE_COLORS[k], fill_alpha=0.55, line_color=None,
@@ -35,7 +36,6 @@ class Histograms:
         plot.add_layout(Span(location=0, dimension="height", line_color=MUTED, line_dash="dashed", line_width=2))
         plot.add_layout(self._means[k])
         plot.xaxis.axis_label = "estimate − truth"
-        plot.yaxis.visible = False
         return plot
 
     def show(self, replicates: Sequence[Replicates]) -> None:

@@ -34,8 +34,8 @@ def diverging_mapper(name: str, low: float, high: float) -> LinearColorMapper:
 def new_plot(name: str, **settings: Any) -> figure:
     """An empty figure that takes its text and line colours from the page."""
     plot = figure(
-        tools="", toolbar_location=None, sizing_mode="stretch_width", min_border=4, name=name,
-        background_fill_color=None, border_fill_color=None, outline_line_color=None, **settings,
+        tools="", toolbar_location=None, sizing_mode="stretch_width", name=name,
+        background_fill_color=None, border_fill_color=None, outline_line_color=None, **({"min_border": 4} | settings),
     )  # fmt: skip
     plot.grid.visible = False
     plot.axis.minor_tick_line_color = None
