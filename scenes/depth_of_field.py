@@ -19,10 +19,10 @@ from xml.etree import ElementTree as xml
 
 import mitsuba as mi
 import numpy as np
+from common import PACKAGE, add
 from numpy.typing import NDArray
 
-HERE = Path(__file__).resolve().parent
-DESTINATION = HERE.parent / "src" / "voroquad" / "mitsuba" / "scenes" / "depth-of-field"
+DESTINATION = PACKAGE / "depth-of-field"
 
 Array = NDArray[np.float64]
 
@@ -270,17 +270,6 @@ def occluders(meshes: list[Mesh], balls: list[Ball]) -> mi.Scene:
         f"ball{k}": {"type": "sphere", "center": b.centre.tolist(), "radius": b.radius} for k, b in enumerate(balls)
     }
     return mi.load_dict({"type": "scene", **parts})
-
-
-def add(parent: xml.Element, tag: str, **attributes: object) -> xml.Element:
-    """Append an element; numbers and vectors are written with six digits."""
-
-    def text(value: object) -> str:
-        if isinstance(value, str):
-            return value
-        return ", ".join(f"{x:.6g}" for x in np.atleast_1d(np.asarray(value, float)))
-
-    return xml.SubElement(parent, tag, {k: text(v) for k, v in attributes.items()})
 
 
 def add_emission(shape: xml.Element, radiance: Array | None) -> None:

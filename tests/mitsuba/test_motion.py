@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation, Slerp
 
-from voroquad.mitsuba.motion import make_track
+from voroquad.mitsuba.motion import key_of_dict, make_track
 
 TIMES = [0.0, 0.25, 1.0]
 TURNS = Rotation.from_euler("yxz", [[0, 0, 0], [80, 20, 0], [200, -30, 45]], degrees=True)
@@ -59,3 +59,15 @@ def test_keys_that_contradict_each_other():
         make_track("a", [(0, 2.0), (1, [1.0, 2.0])])
     with pytest.raises(ValueError, match="must be transforms"):
         make_track("a", [(0, 2.0), (1, mi.ScalarTransform4f())])
+
+
+def test_times_are_decimals_or_fractions():
+    assert [key_of_dict(f"a/b@{t}") for t in ("0.5", "1/2", "2", "-1.25")] == [
+        "a/b@1/2",
+        "a/b@1/2",
+        "a/b@2",
+        "a/b@-5/4",
+    ]
+    for time in ("one", "nan", "1/0", ""):
+        with pytest.raises(ValueError, match=r"must be a time, such as a@0\.5"):
+            key_of_dict(f"a@{time}")

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
+from fractions import Fraction
 from typing import Any
 
 import drjit as dr
@@ -21,9 +21,9 @@ def keyframes(props: mi.Properties) -> dict[str, Track]:
     """
     given: dict[str, list[tuple[float, Any]]] = {}
     for key in props:
-        name, at, time = key.rpartition("@")
+        name, at, _ = key.rpartition("@")
         if at:
-            given.setdefault(name, []).append((_time(key, time), props[key]))
+            given.setdefault(name, []).append((float(_time(key)), props[key]))
     return {name: make_track(name, keys) for name, keys in given.items()}
 
 
@@ -41,14 +41,18 @@ def make_track(name: str, keys: Sequence[tuple[float, Any]]) -> Track:
         raise ValueError(f"{name}@…: all values must be transforms, or all numbers, or all vectors") from None
 
 
-def _time(key: str, text: str) -> float:
+def _time(key: str) -> Fraction:
+    """The time that a property's name ends with: a decimal, or a fraction (no key of `mitsuba.load_dict` has a '.')."""
+    name, _, text = key.rpartition("@")
     try:
-        time = float(text)
-    except ValueError:
-        time = math.nan
-    if not math.isfinite(time):
-        raise ValueError(f"{key}: what follows the '@' must be a time, such as {key.rpartition('@')[0]}@0.5")
-    return time
+        return Fraction(text)
+    except (ValueError, ZeroDivisionError):
+        raise ValueError(f"{key}: what follows the '@' must be a time, such as {name}@0.5 or {name}@1/2") from None
+
+
+def key_of_dict(key: str) -> str:
+    """The same property's name as a key for `mitsuba.load_dict`."""
+    return f"{key.rpartition('@')[0]}@{_time(key)}"
 
 
 class Track:

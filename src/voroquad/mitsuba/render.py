@@ -126,8 +126,16 @@ def render_image(scene: mi.Scene, integrator: mi.Integrator, spp: int, seed: int
 
 
 def own_integrator(scene: mi.Scene) -> mi.Integrator:
-    """The scene's integrator; a path tracer if it names none."""
-    return scene.integrator() or mi.load_dict({"type": "path"})
+    """The scene's integrator, or the one inside if that is a plug-in of ours; a path tracer if it names none."""
+    own = scene.integrator()
+    if own is None:
+        return mi.load_dict({"type": "path"})
+    return own.nested if hasattr(own, "nested") else own
+
+
+def motion_of(scene: mi.Scene) -> dict[str, Any]:
+    """The properties by which the scene's integrator ``reweighted`` moves objects; none if it is another."""
+    return dict(getattr(scene.integrator(), "keys", {}))
 
 
 def make_integrator(kind: str, nested: mi.Integrator, **properties: Any) -> mi.Integrator:
@@ -339,7 +347,7 @@ def render(
     loaded = load_scene(scene, size, domain)
     settings = {"domain": domain, "sampler": sampler, "order": order, "debias": debias, "weighted": weighted,
                 "blend": blend, "jitter": jitter}  # fmt: skip
-    integrator = make_integrator("reweighted", own_integrator(loaded), table_seed=seed, **settings)
+    integrator = make_integrator("reweighted", own_integrator(loaded), table_seed=seed, **settings, **motion_of(loaded))
     integrator.check(loaded, loaded.sensors()[0])
     key = settings | {
         "scene": hashlib.sha256(scene_path(scene).read_bytes()).hexdigest(),

@@ -22,7 +22,8 @@ class Moving(mi.Sensor):
        - |transform|
        - Pose at a time: rotation and translation, applied after the camera's own ``to_world``. Give two or more;
          between them the translation goes linearly and the rotation by slerp. TIME is in the units of
-         ``shutter_open`` and ``shutter_close``; before the first and after the last pose the camera rests.
+         ``shutter_open`` and ``shutter_close``, a decimal or a fraction such as ``1/2`` (`mitsuba.load_dict` allows no
+         points); before the first and after the last pose the camera rests.
 
     Notes
     -----

@@ -15,7 +15,7 @@ from ..tables import SampleTable
 from .accumulation import Floats, Footprint, Pass
 from .domains import CameraSample
 from .integrator import Plain, Reweighted
-from .motion import Track, TransformTrack, keyframes
+from .motion import Track, TransformTrack, key_of_dict, keyframes
 
 #: What a parameter of the scene is at a time
 Course = Callable[[Any], Any]
@@ -28,8 +28,9 @@ class ReweightedSlices(Reweighted):
 
      * - PARAMETER@TIME
        - |transform|, |float| or |vector|
-       - Value of a parameter of the scene at a time, such as ``ball/to_world@0.5``: the parameter as
-         `mitsuba.traverse` names it, with ``/`` for ``.``. Transforms go by slerp, numbers and vectors linearly.
+       - Value of a parameter of the scene at a time, such as ``ball/to_world@0``: the parameter as
+         `mitsuba.traverse` names it, with ``/`` for ``.``, and the time as a decimal or a fraction, such as ``1/2``
+         (`mitsuba.load_dict` allows no points). Transforms go by slerp, numbers and vectors linearly.
          ``NAME/to_world@TIME`` moves a mesh too, which has no such parameter: the transform is applied to the vertices
          it was loaded with.
      * - slices
@@ -43,6 +44,8 @@ class ReweightedSlices(Reweighted):
 
     Attributes
     ----------
+    keys : dict
+        The properties ``parameter@time``, for `mitsuba.load_dict`.
     motion : dict of callable
         For each moving parameter, a function of the time (`mitsuba.Float`, one value) that returns its value; to be
         extended from Python with anything that `mitsuba.traverse` exposes.
@@ -59,6 +62,7 @@ class ReweightedSlices(Reweighted):
         self.interleave = props.get("interleave", 2)
         if not isinstance(self.interleave, int) or self.interleave < 2 or self.interleave % 2:
             raise ValueError(f"interleave must be an even number of at least 2, got {self.interleave!r}")
+        self.keys = {key_of_dict(key): props[key] for key in props if "@" in key}
         # A '.' is not allowed in the keys of load_dict
         self._tracks = {name.replace("/", "."): track for name, track in keyframes(props).items()}
         self.motion: dict[str, Course] = {}
