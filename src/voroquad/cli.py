@@ -7,18 +7,13 @@ import math
 import signal
 import sys
 import warnings
-from collections.abc import Iterator
-from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 from typer.exceptions import TyperException
 
 from . import __version__
-
-if TYPE_CHECKING:
-    from .units import Pool
 
 #: Exit code of a command ended by Ctrl-C, as shells have it
 INTERRUPTED = 130
@@ -102,12 +97,6 @@ def integrate(
 
 
 Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")]
-Scheduler = Annotated[str | None, typer.Option(help="Compute on a Dask cluster: tcp://HOST:PORT or tls://HOST:PORT.")]
-Workers = Annotated[int | None, typer.Option(help="Compute on so many processes of this machine.")]
-Store = Annotated[
-    str | None,
-    typer.Option(help="Keep finished units here, as any path of fsspec; default: OUTPUT.units until all is done."),
-]
 
 
 @app.command()
@@ -126,9 +115,6 @@ def study(
     ] = None,
     instances: Annotated[int | None, typer.Option(help="Members of each of the families of genz: 5.")] = None,
     seed: Seed = 0,
-    scheduler: Scheduler = None,
-    workers: Workers = None,
-    store: Store = None,
     as_json: AsJson = False,
 ) -> None:
     """Run a numerical study: figures, numbers as CSV."""
@@ -136,18 +122,16 @@ def study(
     from .report.page import write_report
     from .study import suites
 
-    with _pool(scheduler, workers, store, output) as pool:
-        results = suites.run_suite(
-            suite,
-            output,
-            replicates=replicates,
-            max_n=max_n,
-            dimensions=None if dimensions is None else whole_numbers("dimensions", dimensions),
-            peers=None if peers is None else peers.split(","),
-            instances=instances,
-            seed=seed,
-            pool=pool,
-        )
+    results = suites.run_suite(
+        suite,
+        output,
+        replicates=replicates,
+        max_n=max_n,
+        dimensions=None if dimensions is None else whole_numbers("dimensions", dimensions),
+        peers=None if peers is None else peers.split(","),
+        instances=instances,
+        seed=seed,
+    )
     page = write_report([output])
     if as_json:
         print(json.dumps(suites.suite(suite).summary(results, output)))
@@ -262,6 +246,7 @@ def compare(
     jitter: Jitter = False,
     size: Size = None,
     seed: Seed = 0,
+    seeds: Annotated[int, typer.Option(help="Images of each method and spp, to average the errors over.")] = 1,
     as_json: AsJson = False,
 ) -> None:
     """Compare weighted sample sets with other samplers on a Mitsuba scene."""
@@ -272,25 +257,20 @@ def compare(
     from .report.page import write_report
 
     results = run(
-        scene, output, domain=domain, spp=whole_numbers("spp", spp), size=parse_size(size), seed=seed, jitter=jitter
+        scene,
+        output,
+        domain=domain,
+        spp=whole_numbers("spp", spp),
+        size=parse_size(size),
+        seed=seed,
+        seeds=seeds,
+        jitter=jitter,
     )
     page = write_report([output])
     if as_json:
         print(json.dumps(summary(results, output)))
     else:
         print(f"images and their errors: {page}")
-
-
-@contextmanager
-def _pool(scheduler: str | None, workers: int | None, store: str | None, output: Path) -> Iterator[Pool | None]:
-    """What computes the units of work; None for this process, keeping nothing."""
-    if scheduler is None and workers is None and store is None:
-        yield None
-        return
-    from .cluster import connected
-
-    with connected(scheduler, workers, store, output) as pool:
-        yield pool
 
 
 def main() -> None:
@@ -317,7 +297,6 @@ _EXTRAS = {
     **dict.fromkeys(("matplotlib", "jinja2", "bokeh", "OpenEXR"), "study"),
     **dict.fromkeys(("mitsuba", "drjit", "flip_evaluator"), "render"),
     **dict.fromkeys(("vegas", "qmcpy"), "bench"),
-    **dict.fromkeys(("distributed", "zarr", "fsspec"), "cluster"),
 }
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import mitsuba as mi
 import numpy as np
@@ -35,3 +36,25 @@ def pixel_z() -> Callable[..., tuple[float, float]]:
         return float(abs(np.mean(z**2) * (n - 3) / (n - 1) - 1) / spread), float(np.abs(z).max())
 
     return excess
+
+
+BALL = """<scene version="3.0.0">
+    <integrator type="direct"/>
+    <sensor type="thinlens">
+        <float name="aperture_radius" value="0.3"/> <float name="focus_distance" value="3"/>
+        <transform name="to_world"> <lookat origin="0, 0, 4" target="0, 0, 0" up="0, 1, 0"/> </transform>
+        <film type="hdrfilm">
+            <integer name="width" value="32"/> <integer name="height" value="24"/> <rfilter type="box"/>
+        </film>
+    </sensor>
+    <shape type="sphere"/>
+    <emitter type="directional"> <vector name="direction" value="-1, -1, -2"/> </emitter>
+</scene>"""
+
+
+@pytest.fixture(scope="session")
+def ball(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A scene that compiles fast: a sphere in the sun, out of focus."""
+    path = tmp_path_factory.mktemp("scene") / "ball.xml"
+    path.write_text(BALL)
+    return path

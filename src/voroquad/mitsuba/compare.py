@@ -11,68 +11,36 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import mitsuba as mi
 import numpy as np
 
 from .._checks import positive_int
 from .._files import atomic_directory
 from .._progress import progress_bar
-from ..results import Figure, ImageComparison, Plot, Rendering, Results, Section
-from ..samplers import sample
-from .figures import Window, closeup_windows, difference_png, image_png, line_style, mse_figure
-from .render import Image, check_seed, load_scene, make_integrator, own_integrator, render_image, rgb, srgb, write_image
+from ..results import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
+from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
+from .methods import SOBOL, UNIFORM, Method, Stage, methods_for
+from .render import Image, check_seed, load_scene, render_image, rgb, srgb, write_image
 
 Advance = Callable[[str, int], None]
 
 REFERENCE_FACTOR = 16  # samples of the reference over the most samples of a method
 MAX_WAVEFRONT = 2**26  # rays of the reference in flight: about 1 GiB
-
-
-@dataclass(frozen=True)
-class Method:
-    """A way to sample the domain; all else is the same for all methods."""
-
-    name: str
-    label: str
-    kind: str  # plug-in around the nested integrator
-    properties: dict[str, Any]
-
-    def integrator(self, nested: mi.Integrator, domain: str, jitter: bool, seed: int) -> mi.Integrator:
-        """The plug-in."""
-        own: dict[str, Any] = {"jitter": jitter}
-        if self.kind == "reweighted":
-            own |= {"domain": domain, "blend": "off", "table_seed": seed}
-        return make_integrator(self.kind, nested, **own, **self.properties)
-
-
-def _sets(design: str, weighted: bool) -> dict[str, Any]:
-    return {"sampler": design, "weighted": weighted}
-
-
-METHODS = (
-    Method("uniform", "uniform", "reweighted", _sets("uniform", False)),
-    Method("uniform-w", "uniform + w", "reweighted", _sets("uniform", True)),
-    Method("stratified", "stratified", "reweighted", _sets("stratified", False)),
-    Method("stratified-w", "stratified + w", "reweighted", _sets("stratified", True)),
-    Method("zero-two", "zero-two", "reweighted", _sets("zero-two", False)),
-    Method("sobol", "Sobol'", "reweighted", _sets("sobol", False)),
-    Method("sobol-w", "Sobol' + w", "reweighted", _sets("sobol", True)),
-    Method("halton", "Halton", "reweighted", _sets("halton", False)),
-    Method("independent", "Mitsuba independent", "plain", {"scene_sampler": {"type": "independent"}}),
-    Method("multijitter", "Mitsuba multijitter", "plain", {"scene_sampler": {"type": "multijitter"}}),
-)
+RELATIVE_FLOOR = 1e-2  # added to the squared reference in the relative MSE
 
 
 @dataclass
 class Measurement:
-    """One image against the reference."""
+    """Images of one method at one spp against the reference: the first of them, and means over all."""
 
     method: Method
     spp: int
     image: Image
     mse: float
+    mse_error: float  # standard error over the images; NaN for one
+    relmse: float
     flip: float
     seconds: float
+    share: Image | None = None  # the blend's λ (height, width) in the image
 
 
 @dataclass
@@ -93,6 +61,7 @@ def compare(
     spp: Sequence[int] = (16, 64, 256),
     size: tuple[int, int] | None = None,
     seed: int = 0,
+    seeds: int = 1,
     jitter: bool = False,
     show_progress: bool = True,
 ) -> Results:
@@ -113,6 +82,8 @@ def compare(
         Width and height in pixels; by default those of the scene.
     seed : int
         Seed of everything random. Methods on the same design share their samples.
+    seeds : int
+        Images of each method at each spp, from independent samples: errors are means over them.
     jitter : bool
         Sample the pixel's area? If false, every method, Mitsuba's own samplers too, samples the pixel's centre.
     show_progress : bool
@@ -133,23 +104,28 @@ def compare(
     -----
     All methods run the scene's own integrator. The reference takes 16 times the samples of the largest spp:
     rounds of independent unweighted Owen-scrambled Sobol' sets, averaged. Half the rounds against the other half,
-    mean((A − B)²)/4, estimates its own mean squared error; it is in ``errors.csv``.
+    mean((A − B)²)/4, estimates its own mean squared error; it is in ``errors.csv``, beside MSE, relative MSE
+    (mean of (image − reference)² / (reference² + 0.01)), ꟻLIP and seconds. Mitsuba's own samplers are compared at those
+    spp that they make exactly; objects that move in slices have no samplers of Mitsuba's.
     """
     check_seed(seed)
-    spp = sorted({positive_int("spp", n) for n in spp})
-    loaded = load_scene(scene, size, domain)
-    _check(loaded, domain, spp, jitter)
-
-    total = REFERENCE_FACTOR * max(spp) + len(METHODS) * sum(spp)
-    with progress_bar(total, show=show_progress) as advance, atomic_directory(out) as folder:
-        reference = make_reference(loaded, domain, jitter, max(spp), seed, advance)
-        measured = []
+    spp, seeds = sorted({positive_int("spp", n) for n in spp}), positive_int("seeds", seeds)
+    stage = Stage(load_scene(scene, size, domain), domain, jitter)
+    methods = methods_for(stage, spp)
+    for method in methods:
         for n in spp:
-            for method in METHODS:
-                advance(f"{method.label}, {n} spp", 0)
-                measured.append(measure(loaded, method, reference, domain, jitter, n, seed))
-                advance(f"{method.label}, {n} spp", n)
-        command = _command(scene, out, domain, spp, size, seed, jitter)
+            method.check(stage, n)
+
+    total = REFERENCE_FACTOR * max(spp) + seeds * sum(n for n in spp for method in methods if method.makes(n))
+    with progress_bar(total, show=show_progress) as advance, atomic_directory(out) as folder:
+        reference = make_reference(stage, max(spp), seed, advance)
+        measured = [
+            measure(stage, method, reference, n, seed, seeds, advance)
+            for n in spp
+            for method in methods
+            if method.makes(n)
+        ]
+        command = _command(scene, out, domain, spp, size, seed, seeds, jitter)
         title = f"{Path(scene).stem}: renderings compared"
         results = Results(title, command, _sections(folder, reference, measured, jitter))
         results.write(folder)
@@ -159,52 +135,57 @@ def compare(
 def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
     """What ``voroquad compare --json`` prints: the folder and the errors of each image."""
     with (Path(out) / "errors.csv").open(newline="", encoding="utf-8") as file:
-        rows = [{k: v if k == "method" else float(v) for k, v in row.items()} for row in csv.DictReader(file)]
+        rows = [
+            {k: v if k == "method" else float(v) if v else None for k, v in row.items()} for row in csv.DictReader(file)
+        ]
     return {"output": os.fspath(out), "command": results.command, "errors": rows}
 
 
-def _check(scene: mi.Scene, domain: str, spp: Sequence[int], jitter: bool) -> None:
-    """Find what would fail half-way: ValueError before anything is rendered."""
-    nested = own_integrator(scene)
-    for method in METHODS:
-        integrator = method.integrator(nested, domain, jitter, seed=0)
-        if method.kind == "reweighted":
-            integrator.check(scene, scene.sensors()[0])
-            for n in spp:
-                sample(method.properties["sampler"], n, integrator.domain.dimension, rng=0)
-    for n in spp:
-        granted = mi.load_dict({"type": "multijitter", "sample_count": n}).sample_count()
-        if granted != n:
-            raise ValueError(f"Mitsuba's multijitter sampler makes {granted} samples of spp={n}; take spp={granted}")
-
-
-def make_reference(scene: mi.Scene, domain: str, jitter: bool, most: int, seed: int, advance: Advance) -> Reference:
+def make_reference(stage: Stage, most: int, seed: int, advance: Advance) -> Reference:
     """The mean of at least two rounds of Sobol' sets, as large as the wavefront allows."""
     total = REFERENCE_FACTOR * most
     n = total // 2
-    while n % 2 == 0 and n * int(np.prod(scene.sensors()[0].film().crop_size())) > MAX_WAVEFRONT:
+    while n % 2 == 0 and n * int(np.prod(stage.scene.sensors()[0].film().crop_size())) > MAX_WAVEFRONT:
         n //= 2
     rounds = total // n
-    method = Method("reference", "reference", "reweighted", _sets("sobol", False))
     halves: list[Any] = [0.0, 0.0]
     for k in range(rounds):
-        integrator = method.integrator(own_integrator(scene), domain, jitter, seed=_seed(seed, 1, k))
-        halves[k % 2] += render_image(scene, integrator, n, _seed(seed, 2, k))
+        integrator = stage.integrator(SOBOL[0], _seed(seed, 1, k))
+        halves[k % 2] += render_image(stage.scene, integrator, n, _seed(seed, 2, k))
         advance(f"reference, round {k + 1} of {rounds}", n)
     a, b = (half / (rounds // 2) for half in halves)
     return Reference((a + b) / 2, total, rounds, float(np.mean((a - b)[..., :3] ** 2)) / 4)
 
 
 def measure(
-    scene: mi.Scene, method: Method, reference: Reference, domain: str, jitter: bool, spp: int, seed: int
+    stage: Stage, method: Method, reference: Reference, spp: int, seed: int, seeds: int, advance: Advance
 ) -> Measurement:
-    """Render by one method; its mean squared error and mean ꟻLIP against the reference."""
-    integrator = method.integrator(own_integrator(scene), domain, jitter, seed=_seed(seed, 3, spp))
-    start = time.perf_counter()
-    image = render_image(scene, integrator, spp, _seed(seed, 4, spp))
-    seconds = time.perf_counter() - start
-    mse = float(np.mean((image - reference.image)[..., :3] ** 2))
-    return Measurement(method, spp, image, mse, mean_flip(reference.image, image), seconds)
+    """Render by one method; the mean errors of the images against the reference."""
+    shown: list[tuple[Image, Image | None]] = []
+    mse, relmse, flip, seconds = [], [], [], []
+    for k in range(seeds):
+        advance(f"{method.label}, {spp} spp", 0)
+        integrator = stage.integrator(method, _seed(seed, 3, spp, k) if k else _seed(seed, 3, spp))
+        start = time.perf_counter()
+        image = render_image(stage.scene, integrator, spp, _seed(seed, 4, spp, k) if k else _seed(seed, 4, spp))
+        seconds.append(time.perf_counter() - start)
+        image, share = (image[..., :-1], image[..., -1]) if method.blends else (image, None)
+        squared = (image - reference.image)[..., :3] ** 2
+        mse.append(float(squared.mean()))
+        relmse.append(float((squared / (reference.image[..., :3] ** 2 + RELATIVE_FLOOR)).mean()))
+        flip.append(mean_flip(reference.image, image))
+        shown.append((image, share))
+        advance(f"{method.label}, {spp} spp", spp)
+    error = float(np.std(mse, ddof=1) / np.sqrt(seeds)) if seeds > 1 else float("nan")
+    means = {"mse": mse, "relmse": relmse, "flip": flip, "seconds": seconds}
+    return Measurement(
+        method,
+        spp,
+        shown[0][0],
+        mse_error=error,
+        share=shown[0][1],
+        **{name: float(np.mean(each)) for name, each in means.items()},
+    )
 
 
 def mean_flip(reference: Image, image: Image) -> float:
@@ -233,7 +214,7 @@ def slope(spp: Sequence[int], mse: Sequence[float]) -> float | None:
 
 def _sections(folder: Path, reference: Reference, measured: list[Measurement], jitter: bool) -> list[Section]:
     """Write images, numbers and plot; say what they are."""
-    for name in ("images", "differences", "closeups"):
+    for name in ("images", "differences", "closeups", "lambda"):
         (folder / name).mkdir()
     write_image(reference.image, folder / "images" / "reference.exr")
     write_image(reference.image, folder / "images" / "reference.png")
@@ -243,7 +224,8 @@ def _sections(folder: Path, reference: Reference, measured: list[Measurement], j
 
     spp = sorted({m.spp for m in measured})
     _write_errors(folder / "errors.csv", reference, measured)
-    mse_figure(folder / "mse", {method.label: _curve(measured, method) for method in METHODS}, reference.mse)
+    methods = list({m.method.name: m.method for m in measured}.values())
+    mse_figure(folder / "mse", [_curve(measured, method) for method in methods], reference.mse)
     _write_differences(folder / "differences", reference, measured, _middle(spp))
     windows = _write_closeups(folder / "closeups", reference, [m for m in measured if m.spp == _middle(spp)])
     where = "the pixel's area" if jitter else "the pixel's centre"
@@ -251,7 +233,7 @@ def _sections(folder: Path, reference: Reference, measured: list[Measurement], j
         "images/reference.exr",
         [Rendering(m.method.label, m.spp, f"images/{_stem(m)}.exr") for m in measured],
         "errors.csv",
-        METHODS[0].label,
+        UNIFORM.label,
         "Two renderings under a divider, and what they miss of the reference. Below, all methods at equal samples per "
         "pixel in the window marked in the image, which is where uniform samples err most, or in the view once "
         "zoomed; each with its error on the one scale of the colour bar.",
@@ -266,7 +248,7 @@ def _sections(folder: Path, reference: Reference, measured: list[Measurement], j
         "mse.svg",
         "errors.csv",
         [Plot("spp", "mse", "samples per pixel", mse, None, 1), Plot("seconds", "mse", "seconds", mse, None, 0)],
-        lines={method.label: line_style(method.label) for method in METHODS},
+        lines={method.label: method.line for method in methods},
     )
     return [
         Section(
@@ -277,28 +259,48 @@ def _sections(folder: Path, reference: Reference, measured: list[Measurement], j
             comparisons=[comparison],
         ),
         Section("Errors", figures=[error_figure]),
+        Section("Blend", grids=[_shares(folder, [m for m in measured if m.share is not None], spp)]),
     ]
+
+
+def _shares(folder: Path, blended: list[Measurement], spp: list[int]) -> ImageGrid:
+    """Write the maps of λ."""
+    for m in blended:
+        assert m.share is not None
+        share_png(m.share, folder / "lambda" / f"{_stem(m)}.png")
+    methods = list(dict.fromkeys(m.method.label for m in blended))
+    pngs = {(m.method.label, m.spp): f"lambda/{_stem(m)}.png" for m in blended}
+    return ImageGrid(
+        methods,
+        [f"{n} spp" for n in spp],
+        [[pngs.get((label, n)) for n in spp] for label in methods],
+        "λ, the share of the weights that the blend uses, per tile: 0 dark blue, 1 yellow.",
+    )
 
 
 def _stem(m: Measurement) -> str:
     return f"{m.method.name}-{m.spp}"
 
 
-def _curve(measured: list[Measurement], method: Method) -> tuple[list[int], list[float], float | None]:
+def _curve(measured: list[Measurement], method: Method) -> Curve:
     own = [m for m in measured if m.method is method]
     spp, mse = [m.spp for m in own], [m.mse for m in own]
-    return spp, mse, slope(spp, mse)
+    return Curve(method.label, method.line, spp, mse, slope(spp, mse))
+
+
+_COLUMNS = "method,spp,mse,uniform_mse_over_mse,flip,seconds,reference_mse,mse_error,relmse"
 
 
 def _write_errors(path: Path, reference: Reference, measured: list[Measurement]) -> None:
-    plain = {m.spp: m.mse for m in measured if m.method.name == "uniform"}
+    plain = {m.spp: m.mse for m in measured if m.method is UNIFORM}
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
-        writer.writerow(["method", "spp", "mse", "uniform_mse_over_mse", "flip", "seconds", "reference_mse"])
+        writer.writerow(_COLUMNS.split(","))
         for m in measured:
             ratio = f"{plain[m.spp] / m.mse:.3f}" if m.mse > 0 else "inf"
             numbers = (f"{m.mse:.4e}", ratio, f"{m.flip:.5f}", f"{m.seconds:.3f}", f"{reference.mse:.2e}")
-            writer.writerow([m.method.label, m.spp, *numbers])
+            error = "" if np.isnan(m.mse_error) else f"{m.mse_error:.1e}"
+            writer.writerow([m.method.label, m.spp, *numbers, error, f"{m.relmse:.4e}"])
 
 
 def _write_differences(folder: Path, reference: Reference, measured: list[Measurement], middle: int) -> None:
@@ -331,8 +333,10 @@ def _command(
     spp: Sequence[int],
     size: tuple[int, int] | None,
     seed: int,
+    seeds: int,
     jitter: bool,
 ) -> str:
     command = ["voroquad", "compare", os.fspath(scene), "-o", os.fspath(out), "--domain", domain]
     command += ["--spp", ",".join(map(str, spp)), "--jitter" if jitter else "--no-jitter", "--seed", str(seed)]
+    command += ["--seeds", str(seeds)] if seeds > 1 else []
     return shlex.join(command + (["--size", f"{size[0]}x{size[1]}"] if size else []))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -12,20 +13,7 @@ from matplotlib.ticker import NullFormatter, NullLocator
 from numpy.typing import NDArray
 
 from ..results import Line
-from ..style import (
-    BLUE,
-    FAINT,
-    GREEN,
-    INK,
-    MUTED,
-    PURPLE,
-    SKY,
-    VERMILION,
-    LineLabel,
-    house_style,
-    label_line_ends,
-    new_figure,
-)
+from ..style import FAINT, MUTED, LineLabel, house_style, label_line_ends, new_figure
 from .render import Image, rgb, srgb
 
 Window = tuple[slice, slice]
@@ -57,41 +45,42 @@ def closeup_windows(error: Image, count: int = 2, share: int = 5) -> list[Window
     return windows
 
 
-#: Colour of a method by its sampler, the first words of its label
-_COLORS = {
-    "uniform": BLUE,
-    "stratified": VERMILION,
-    "zero-two": SKY,
-    "Sobol'": GREEN,
-    "Halton": PURPLE,
-    "Mitsuba independent": MUTED,
-    "Mitsuba multijitter": INK,
+def share_png(share: NDArray[np.float64], path: Path) -> None:
+    """Write a map (height, width) of shares: 0 dark, 1 light."""
+    imsave(path, colormaps["cividis"](np.clip(share, 0, 1))[..., :3])
+
+
+_MARKERS: dict[str, dict[str, Any]] = {
+    "none": {"lw": 1.2},
+    "circle": {"marker": "o", "ms": 4, "lw": 1.8},
+    "diamond": {"marker": "D", "ms": 3.5, "lw": 1.4},
 }
 
 
-def line_style(label: str) -> Line:
-    """How a method's line looks: the colour of its sampler, solid if it is weighted."""
-    sampler = label.removesuffix(" + w")
-    return Line(_COLORS[sampler], dash="dashed") if sampler == label else Line(_COLORS[sampler], marker="circle")
+@dataclass
+class Curve:
+    """The errors of a method: its name, its look, samples per pixel and MSE, and the slope of the one by the other."""
+
+    label: str
+    line: Line
+    spp: list[int]
+    mse: list[float]
+    slope: float | None
 
 
-def mse_figure(
-    stem: Path, curves: dict[str, tuple[list[int], list[float], float | None]], reference_mse: float
-) -> None:
-    """Log-log plot of (spp, mse, slope) per method, as .png and .svg beside `stem`."""
-    spp = next(iter(curves.values()))[0]
+def mse_figure(stem: Path, curves: list[Curve], reference_mse: float) -> None:
+    """Log-log plot of the errors of all methods, as .png and .svg beside `stem`."""
+    spp = sorted({n for curve in curves for n in curve.spp})
     labels = []
     with house_style():
-        figure = new_figure(4.4)
+        figure = new_figure(1.6 + 0.28 * max(10, len(curves)))
         axes = figure.add_subplot()
-        for label, (_, mse, slope) in curves.items():
-            sampler = label.removesuffix(" + w")
-            weighted: dict[str, Any] = (
-                {"marker": "o", "ms": 4, "lw": 1.8} if sampler != label else {"ls": "--", "lw": 1.2}
-            )
-            axes.plot(spp, mse, color=_COLORS[sampler], **weighted)
-            text = label if slope is None else f"{label}  " + f"{slope:.1f}".replace("-", "−")
-            labels.append(LineLabel(text, mse[-1], _COLORS[sampler]))
+        for curve in curves:
+            axes.plot(curve.spp, curve.mse, color=curve.line.color, ls=curve.line.dash, **_MARKERS[curve.line.marker])
+            text = curve.label
+            if curve.slope is not None:
+                text += f"  {curve.slope:.1f}".replace("-", "−")
+            labels.append(LineLabel(text, curve.mse[-1], curve.line.color))
         axes.axhline(reference_mse, color=FAINT, lw=0.8)
         axes.annotate("error of the reference", (spp[0], reference_mse), xytext=(0, 3),
                       textcoords="offset points", color=MUTED, fontsize=8)  # fmt: skip

@@ -277,7 +277,7 @@ class Reweighted(Plain):
          16 × 16 pixels have the same sets at the same places. (Default: ``hash``)
      * - table_seed
        - |int|
-       - Seed of the table. (Default: 0)
+       - Seed of the table; that of seed 0 is kept on disk for the next time. (Default: 0)
      * - table
        - |string|
        - File of a table made by ``voroquad table``. It settles sampler, order, debias, samples, sets
@@ -351,9 +351,10 @@ class Reweighted(Plain):
 
     def _table(self, n: int) -> SampleTable:
         recipe = self._recipe | {"n": n, "sets": self._recipe["sets"] or max(64, min(1024, TABLE_SIZE // n))}
-        if self._redrawn is None:
-            return kept_table(**recipe)
-        return SampleTable.make(**recipe | {"rng": self._redrawn})
+        if self._redrawn is not None:
+            recipe["rng"] = self._redrawn
+        # One table of a kind is worth its place on disk
+        return kept_table(**recipe) if recipe["rng"] == 0 else SampleTable.make(**recipe)
 
     def _upload(self, table: SampleTable) -> None:
         """Hand points and N·w to the device in its own precision."""

@@ -1,0 +1,130 @@
+"""Ways to sample a domain of a scene, and how each looks in a plot."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import mitsuba as mi
+
+from ..results import Line
+from ..samplers import sample
+from ..style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION
+from .domains import find_domain
+from .render import make_integrator, motion_of, own_integrator
+
+
+@dataclass(frozen=True)
+class Stage:
+    """What all methods have in common: scene, domain, and whether they sample the pixel's area or its centre."""
+
+    scene: mi.Scene
+    domain: str
+    jitter: bool
+
+    def integrator(self, method: Method, seed: int) -> mi.Integrator:
+        """The plug-in of a method around the scene's own integrator."""
+        own: dict[str, Any] = {"jitter": self.jitter}
+        if method.kind == "reweighted":
+            own |= {"domain": method.domain(self.domain), "table_seed": seed} | motion_of(self.scene)
+            own |= {"aovs": "lambda"} if method.blends else {}
+        return make_integrator(method.kind, own_integrator(self.scene), **own, **method.properties)
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to sample the domain; all else is the same for all methods."""
+
+    name: str
+    label: str
+    kind: str  # plug-in around the nested integrator
+    properties: dict[str, Any]
+    line: Line
+    joint: bool = False  # with the pixel's area in one set
+
+    @property
+    def blends(self) -> bool:
+        """Does it use as much of the weights as helps?"""
+        return self.properties.get("blend") == "auto"
+
+    def domain(self, domain: str) -> str:
+        """What its sets sample."""
+        return f"pixel+{domain}" if self.joint else domain
+
+    def check(self, stage: Stage, spp: int) -> None:
+        """ValueError if the scene lacks the domain, or the sampler cannot make sets of this size."""
+        integrator = stage.integrator(self, seed=0)
+        if self.kind == "reweighted":
+            integrator.check(stage.scene, stage.scene.sensors()[0])
+            sample(self.properties["sampler"], spp, integrator.domain.dimension, rng=0)
+
+    def makes(self, spp: int) -> bool:
+        """Whether a sampler of Mitsuba's makes this number of samples, or rounds it."""
+        if self.kind == "reweighted":
+            return True
+        kind = self.properties["scene_sampler"]["type"]
+        # The orthogonal sampler warns where it rounds
+        level = mi.logger().log_level()
+        mi.set_log_level(mi.LogLevel.Error)
+        try:
+            return int(mi.load_dict({"type": kind, "sample_count": spp}).sample_count()) == spp
+        finally:
+            mi.set_log_level(level)
+
+
+def _sets(design: str, color: str, label: str | None = None) -> list[Method]:
+    """The sets of a design: with equal weights, with those of their cells, and with as much of those as helps."""
+    label = label or design
+    looks = {"": Line(color, "dashed"), " + w": Line(color, marker="circle"), " + blend": Line(color, marker="diamond")}
+    suffixes = {"": "", " + w": "-w", " + blend": "-blend"}
+    return [
+        Method(
+            design + suffixes[kind],
+            label + kind,
+            "reweighted",
+            {"sampler": design, "weighted": kind != "", "blend": "auto" if kind == " + blend" else "off"},
+            line,
+        )
+        for kind, line in looks.items()
+    ]
+
+
+def _of_mitsuba(sampler: str, color: str, dash: str) -> Method:
+    return Method(
+        f"mitsuba-{sampler}", f"Mitsuba {sampler}", "plain", {"scene_sampler": {"type": sampler}}, Line(color, dash)
+    )
+
+
+UNIFORM, UNIFORM_W, _ = _sets("uniform", BLUE)
+STRATIFIED = _sets("stratified", VERMILION)
+SOBOL = _sets("sobol", GREEN, "Sobol'")
+ZERO_TWO = _sets("zero-two", SKY)[0]
+HALTON = _sets("halton", PURPLE, "Halton")[0]
+JOINT = Method(
+    "sobol-joint", "Sobol' with the pixel", "reweighted", {"sampler": "sobol", "weighted": False, "blend": "off"},
+    Line(GREEN, "dotted"), joint=True,
+)  # fmt: skip
+OF_MITSUBA = (
+    _of_mitsuba("independent", MUTED, "dashed"),
+    _of_mitsuba("stratified", MUTED, "dotted"),
+    _of_mitsuba("multijitter", INK, "dashed"),
+    _of_mitsuba("orthogonal", MUTED, "solid"),
+    _of_mitsuba("ldsampler", INK, "dotted"),
+)
+
+
+def methods_for(stage: Stage, spp: Sequence[int]) -> list[Method]:
+    """The methods that a scene and a domain have; Mitsuba's samplers only where they make one of the spp."""
+    domain = find_domain(stage.domain)
+    methods = [UNIFORM, UNIFORM_W, *STRATIFIED, ZERO_TWO, *SOBOL, HALTON]
+    if domain.dimension > 2:
+        methods.remove(ZERO_TWO)
+    if domain.dimension > 3:
+        methods = [method for method in methods if not method.properties["weighted"]]
+    moves = bool(motion_of(stage.scene))
+    if stage.jitter and "pixel" not in stage.domain.split("+") and not moves:
+        methods.append(JOINT)
+    # Mitsuba's samplers draw times for its sensors; what moves in slices has the times of its sets
+    own = [] if moves else [method for method in OF_MITSUBA if any(method.makes(n) for n in spp)]
+    return methods + own
