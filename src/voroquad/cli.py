@@ -7,13 +7,18 @@ import math
 import signal
 import sys
 import warnings
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 from typer.exceptions import TyperException
 
 from . import __version__
+
+if TYPE_CHECKING:
+    from .units import Pool
 
 #: Exit code of a command ended by Ctrl-C, as shells have it
 INTERRUPTED = 130
@@ -97,6 +102,12 @@ def integrate(
 
 
 Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")]
+Scheduler = Annotated[str | None, typer.Option(help="Compute on a Dask cluster: tcp://HOST:PORT or tls://HOST:PORT.")]
+Workers = Annotated[int | None, typer.Option(help="Compute on so many processes of this machine.")]
+Store = Annotated[
+    str | None,
+    typer.Option(help="Keep finished units here, as any path of fsspec; default: OUTPUT.units until all is done."),
+]
 
 
 @app.command()
@@ -115,6 +126,9 @@ def study(
     ] = None,
     instances: Annotated[int | None, typer.Option(help="Members of each of the families of genz: 5.")] = None,
     seed: Seed = 0,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
+    store: Store = None,
     as_json: AsJson = False,
 ) -> None:
     """Run a numerical study: figures, numbers as CSV."""
@@ -122,16 +136,18 @@ def study(
     from .report.page import write_report
     from .study import suites
 
-    results = suites.run_suite(
-        suite,
-        output,
-        replicates=replicates,
-        max_n=max_n,
-        dimensions=None if dimensions is None else whole_numbers("dimensions", dimensions),
-        peers=None if peers is None else peers.split(","),
-        instances=instances,
-        seed=seed,
-    )
+    with _pool(scheduler, workers, store, output) as pool:
+        results = suites.run_suite(
+            suite,
+            output,
+            replicates=replicates,
+            max_n=max_n,
+            dimensions=None if dimensions is None else whole_numbers("dimensions", dimensions),
+            peers=None if peers is None else peers.split(","),
+            instances=instances,
+            seed=seed,
+            pool=pool,
+        )
     page = write_report([output])
     if as_json:
         print(json.dumps(suites.suite(suite).summary(results, output)))
@@ -273,6 +289,18 @@ def compare(
         print(f"images and their errors: {page}")
 
 
+@contextmanager
+def _pool(scheduler: str | None, workers: int | None, store: str | None, output: Path) -> Iterator[Pool | None]:
+    """What computes the units of work; None for this process, keeping nothing."""
+    if scheduler is None and workers is None and store is None:
+        yield None
+        return
+    from .cluster import connected
+
+    with connected(scheduler, workers, store, output) as pool:
+        yield pool
+
+
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2."""
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # clean up as on Ctrl-C
@@ -297,6 +325,7 @@ _EXTRAS = {
     **dict.fromkeys(("matplotlib", "jinja2", "bokeh", "OpenEXR"), "study"),
     **dict.fromkeys(("mitsuba", "drjit", "flip_evaluator"), "render"),
     **dict.fromkeys(("vegas", "qmcpy"), "bench"),
+    **dict.fromkeys(("distributed", "zarr", "fsspec"), "cluster"),
 }
 
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from ..samplers import sample
 from ..study.convergence import Measurement, Method, measurement, powers_of_two
 from ..study.integrand import Integrand
+from ..study.moments import Moments
 
 #: Evaluations of a batch: milliseconds for most rules, a third of a second for order 8.
 _BATCH = 4096
@@ -59,7 +60,7 @@ class Replicates:
     def measured(self) -> Measurement | None:
         """Mean squared error and bias so far; None before the second set."""
         errors = self.errors
-        return measurement(self.integrand, self.method, self.n, errors) if len(errors) > 1 else None
+        return measurement(self.integrand, self.method, self.n, Moments.of(errors), ()) if len(errors) > 1 else None
 
 
 class Experiment:

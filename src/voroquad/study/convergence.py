@@ -2,16 +2,16 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from ..samplers import SampleSet, sample
+from ..units import ONE_PROCESS, Advance, Array, Pool, Series
 from ..weights import weights
 from .integrand import Integrand
+from .moments import Moments, add_packed
 
 
 @dataclass(frozen=True)
@@ -23,7 +23,7 @@ class Method:
     debias: str | None = None
     order: int = 0
 
-    def weights(self, samples: SampleSet) -> NDArray[np.float64]:
+    def weights(self, samples: SampleSet) -> Array:
         """Weights (sets, n) of a batch of sets."""
         if self.debias is None:
             return np.full(samples.points.shape[:-1], 1 / samples.n)
@@ -95,7 +95,8 @@ def measure(
     *,
     replicates: int,
     seed: int,
-    advance: Callable[[str, int], None] = lambda description, steps: None,
+    pool: Pool = ONE_PROCESS,
+    advance: Advance = lambda description, steps: None,
 ) -> list[Measurement]:
     """MSE of every method on every integrand at every size.
 
@@ -112,21 +113,24 @@ def measure(
         Independent sets at the largest sizes; :func:`replicates_at` gives those at the others.
     seed : int
         A measurement depends on the seed, the design, d and n only.
+    pool : Pool
+        What computes the units of work: blocks of replicates of each design and size.
     advance : callable, optional
-        Called with a description and 1 after each design and size.
+        Called with the design and size and 1 after each unit.
     """
     (d,) = {f.d for f in integrands}
+    designs = list(dict.fromkeys(m.design for m in methods))
+    cases = [(n, number, design) for n in sizes for number, design in enumerate(designs)]
+    of_design = {design: tuple(m for m in methods if m.design == design) for design in designs}
+    series = [
+        _series(of_design[design], tuple(integrands), n, replicates_at(n, replicates), (seed, d, n, number))
+        for n, number, design in cases
+    ]
     measurements = []
-    for n in sizes:
-        for number, design in enumerate(dict.fromkeys(m.design for m in methods)):
-            of_design = [m for m in methods if m.design == design]
-            rng = np.random.default_rng([seed, d, n, number])
-            count = replicates_at(n, replicates)
-            errors = _errors(of_design, integrands, n, count, rng)
-            for method, row in zip(of_design, errors, strict=True):
-                for f, e in zip(integrands, row, strict=True):
-                    measurements.append(measurement(f, method, n, e))
-            advance(f"{d}-D, {design}, N = {n}", 1)
+    for (n, _, design), total in zip(cases, pool.sums(series, add_packed, advance), strict=True):
+        moments = Moments.unpacked(total)
+        for i, method in enumerate(of_design[design]):
+            measurements += [measurement(f, method, n, moments, (i, j)) for j, f in enumerate(integrands)]
     return measurements
 
 
@@ -146,21 +150,49 @@ def fit_slope(measurements: Sequence[Measurement], n_from: int = 64) -> Slope:
     return Slope(float(c @ np.log(mse)), float(np.sqrt(c**2 @ relative**2)), fitted[0].n, fitted[-1].n)
 
 
+#: Of a unit: seconds of work, or some tenths where the sets are smallest
+UNIT_POINTS, UNIT_SETS = 2**22, 2**17
 _BATCH_POINTS = 2**20  # keeps a batch of sets within 50 MB
 
 
+def units(n: int, replicates: int) -> int:
+    """The number of units that measure so many sets of n samples."""
+    return -(-replicates // _sets_of_a_unit(n))
+
+
+def _sets_of_a_unit(n: int) -> int:
+    return max(1, min(UNIT_SETS, UNIT_POINTS // n))
+
+
+def _series(
+    methods: Sequence[Method], integrands: Sequence[Integrand], n: int, count: int, key: tuple[int, ...]
+) -> Series:
+    """The experiment of one design and size, in blocks of its `count` replicates."""
+    name = f"{integrands[0].d}d-{methods[0].design}-{n}"
+    shape = (3, 2, len(methods), len(integrands))
+    return Series(name, units(n, count), shape, _block, (methods, integrands, n, count, key))
+
+
+def _block(
+    methods: Sequence[Method], integrands: Sequence[Integrand], n: int, count: int, key: tuple[int, ...], k: int
+) -> Array:
+    """Moments of the errors in block k, by methods and integrands."""
+    rng = np.random.default_rng([*key, k] if k > 0 else key)
+    largest = _sets_of_a_unit(n)
+    batches = _batches(min(largest, count - k * largest), max(1, _BATCH_POINTS // n))
+    errors = [_errors(methods, integrands, n, sets, rng) for sets in batches]
+    return Moments.of(np.concatenate(errors, axis=-1)).packed()
+
+
 def _errors(
-    methods: Sequence[Method], integrands: Sequence[Integrand], n: int, count: int, rng: np.random.Generator
-) -> NDArray[np.float64]:
-    """Errors (methods, integrands, count) of the estimates of `count` independent sets."""
-    batches = []
-    for sets in _batches(count, max(1, _BATCH_POINTS // n)):
-        samples = sample(methods[0].design, n, integrands[0].d, sets=sets, rng=rng)
-        values = np.stack([f.values(samples.points) for f in integrands])
-        estimates = [np.einsum("sn,fsn->fs", m.weights(samples), values) for m in methods]
-        batches.append(np.stack(estimates))
+    methods: Sequence[Method], integrands: Sequence[Integrand], n: int, sets: int, rng: np.random.Generator
+) -> Array:
+    """Errors (methods, integrands, sets) of the estimates of independent sets."""
+    samples = sample(methods[0].design, n, integrands[0].d, sets=sets, rng=rng)
+    values = np.stack([f.values(samples.points) for f in integrands])
+    estimates = np.stack([np.einsum("sn,fsn->fs", m.weights(samples), values) for m in methods])
     exact = np.array([f.integral for f in integrands])
-    return np.concatenate(batches, axis=-1) - exact[:, None]
+    return estimates - exact[:, None]
 
 
 def _batches(count: int, largest: int) -> Iterator[int]:
@@ -169,16 +201,8 @@ def _batches(count: int, largest: int) -> Iterator[int]:
         count -= largest
 
 
-def measurement(f: Integrand, method: Method, n: int, errors: NDArray[np.float64]) -> Measurement:
-    """Mean squared error and bias from the errors (replicates,) of one method."""
-    squares, root = errors**2, math.sqrt(len(errors))
-    return Measurement(
-        f.name,
-        method,
-        n,
-        len(errors),
-        float(squares.mean()),
-        float(squares.std(ddof=1)) / root,
-        float(errors.mean()),
-        float(errors.std(ddof=1)) / root,
-    )
+def measurement(f: Integrand, method: Method, n: int, moments: Moments, index: tuple[int, ...]) -> Measurement:
+    """Mean squared error and bias from the entry `index` of moments."""
+    bias, mse = (float(mean[index]) for mean in moments.mean)
+    bias_error, mse_error = (float(error[index]) for error in moments.standard_error)
+    return Measurement(f.name, method, n, moments.count, mse, mse_error, bias, bias_error)

@@ -10,11 +10,13 @@ from typing import Any
 
 import numpy as np
 
+from .. import __version__
 from .._checks import positive_int
 from .._files import atomic_directory
 from .._progress import progress_bar
 from ..results import Figure, Results, Section, Table
-from .convergence import METHODS_1D, METHODS_2D, Measurement, measure, powers_of_two
+from ..units import ONE_PROCESS, Advance, Pool
+from .convergence import METHODS_1D, METHODS_2D, Measurement, measure, powers_of_two, replicates_at, units
 from .drawing import Drawing, read_rows, write_rows
 from .figures_bias import draw_bias_function, draw_three
 from .figures_bias_plane import draw_bias_plane
@@ -39,6 +41,7 @@ def run_study(
     replicates: int = 1000,
     max_n: int = 4096,
     seed: int = 0,
+    pool: Pool = ONE_PROCESS,
     show_progress: bool = True,
 ) -> Results:
     """Run the talk's numerical study and leave its figures, tables and ``results.json`` in a folder.
@@ -54,6 +57,8 @@ def run_study(
         Largest number of samples: the sizes are the powers of two from 8 to max_n ≥ 32.
     seed : int
         Seed ≥ 0 of all random numbers.
+    pool : Pool
+        What computes the units of work, such as :class:`voroquad.cluster.OnDask`; the results are the same bits.
     show_progress : bool
         A progress bar on standard error.
 
@@ -74,23 +79,26 @@ def run_study(
         raise ValueError(f"seed must be at least 0, got {seed}")
     command = ["voroquad", "study", "-o", os.fspath(out)]
     command += ["--replicates", str(replicates), "--max-n", str(max_n), "--seed", str(seed)]
+    pool.begin({"study": "talk", "replicates": replicates, "seed": seed, "version": __version__})
     results = Results("Voronoi-weighted Monte Carlo integration: the numerical study", shlex.join(command))
 
     designs = sum(len({m.design for m in methods}) for methods, _ in _DIMENSIONS)
-    steps = len(_TALK) + designs * len(sizes) + len(INTEGRANDS)
+    steps = len(_TALK) + designs * sum(units(n, replicates_at(n, replicates)) for n in sizes) + len(INTEGRANDS)
     with progress_bar(steps, show=show_progress) as advance, atomic_directory(out) as folder:
         for number, (stem, (title, draw)) in enumerate(_TALK.items()):
             drawing = draw(np.random.default_rng([seed, number]))
             results.sections.append(Section(title, figures=[drawing.save(folder, stem)]))
             advance(title, 1)
         for methods, integrands in _DIMENSIONS:
-            measurements = measure(methods, integrands, sizes, replicates=replicates, seed=seed, advance=advance)
+            measurements = measure(
+                methods, integrands, sizes, replicates=replicates, seed=seed, pool=pool, advance=advance
+            )
             results.sections.append(_convergence_section(folder, measurements, advance))
         results.write(folder)
     return results
 
 
-def _convergence_section(folder: Path, measurements: list[Measurement], advance: Callable[[str, int], None]) -> Section:
+def _convergence_section(folder: Path, measurements: list[Measurement], advance: Advance) -> Section:
     names = list(dict.fromkeys(m.integrand for m in measurements))
     d = INTEGRANDS[names[0]].d
     figures: list[Figure] = []

@@ -1,0 +1,80 @@
+"""From what the command line is given to a pool."""
+
+from __future__ import annotations
+
+import logging
+import os
+import sys
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager
+
+from distributed import Client, LocalCluster
+
+from .._checks import positive_int
+from ..units import InProcess, Pool
+from .on_dask import OnDask
+from .store import Store
+
+HOST = "127.0.0.1"
+
+
+@contextmanager
+def connected(
+    scheduler: str | None, workers: int | None, store: str | None, out: str | os.PathLike[str]
+) -> Iterator[Pool]:
+    """The pool of a scheduler, of workers on this machine, or of this process.
+
+    Parameters
+    ----------
+    scheduler : str, optional
+        Its address, such as ``tcp://10.0.0.1:8786``, or ``tls://…`` with the certificates of Dask's configuration.
+    workers : int, optional
+        Number of worker processes to start on this machine; they listen on 127.0.0.1 only and end with the block.
+    store : str, optional
+        Where finished units are kept, any path of fsspec. By default, with a scheduler or workers, the folder
+        ``out.units`` beside the results, which is deleted when the block ends without an error.
+    out : path
+        The results.
+
+    Raises
+    ------
+    ValueError
+        Both scheduler and workers.
+    ConnectionError
+        No scheduler answers, or it has no worker.
+    """
+    if scheduler is not None and workers is not None:
+        raise ValueError("scheduler and workers exclude each other: the scheduler has its own workers; give one")
+    kept = Store(store or f"{os.fspath(out)}.units")
+    with ExitStack() as stack:
+        if scheduler is None and workers is None:
+            yield InProcess(kept)
+        else:
+            # Its messages of lost connections and restarted workers are not for the user: what matters is raised
+            logging.getLogger("distributed").setLevel(logging.CRITICAL + 1)
+            client = stack.enter_context(_client(scheduler, workers))
+            print(f"voroquad: dashboard {client.dashboard_link}", file=sys.stderr)
+            yield OnDask(client, kept)
+        if store is None:
+            kept.delete()
+
+
+@contextmanager
+def _client(scheduler: str | None, workers: int | None) -> Iterator[Client]:
+    if scheduler is None:
+        cluster = LocalCluster(
+            n_workers=positive_int("workers", workers),
+            threads_per_worker=1,
+            host=HOST,
+            dashboard_address=f"{HOST}:0",
+            silence_logs=logging.CRITICAL + 1,
+        )
+        with cluster, Client(cluster) as client:
+            yield client
+        return
+    try:
+        client = Client(scheduler, timeout=10)
+    except (OSError, TimeoutError) as error:
+        raise ConnectionError(f"no scheduler answers at {scheduler} ({error}); start one: dask scheduler") from None
+    with client:
+        yield client

@@ -1,0 +1,111 @@
+"""Finished units on disk or in an object store, as Zarr arrays."""
+
+from __future__ import annotations
+
+import json
+import uuid
+from functools import lru_cache
+from typing import Any
+
+import numpy as np
+import zarr
+from fsspec.core import url_to_fs
+from fsspec.implementations.local import LocalFileSystem
+from zarr.codecs import Crc32cCodec
+
+from ..units import Array, Series
+
+#: Raise it when a unit's value changes its meaning
+_FORMAT = 1
+
+
+class Store:
+    """Values of finished units: a Zarr array per series, a chunk per unit.
+
+    Parameters
+    ----------
+    url : str
+        Folder, as any path of fsspec: ``runs/big``, ``s3://bucket/big``. All workers must see it.
+
+    Notes
+    -----
+    A chunk is there whole or not at all, and has a checksum: a damaged one counts as not finished.
+    """
+
+    def __init__(self, url: str) -> None:
+        self._files, self._path = url_to_fs(url)
+        # Zarr replaces the files of a path whole, but not those of a file:// URL
+        self.url = self._path if isinstance(self._files, LocalFileSystem) else url
+        self._token = ""
+
+    def begin(self, key: dict[str, Any]) -> None:
+        """Take the units of a run with these settings, of strings, numbers, lists and None.
+
+        Raises ValueError if the folder holds units of other settings, or something else.
+        """
+        key = json.loads(json.dumps(key | {"format": _FORMAT}))
+        known = self._settings()
+        if known is None:
+            known = key | {"store": uuid.uuid4().hex}
+            zarr.create_group(self.url, attributes=known, zarr_format=3)
+        self._token = str(known.pop("store"))
+        if other := sorted(name for name in known.keys() | key.keys() if known.get(name) != key.get(name)):
+            what = "; ".join(f"{name} is {key.get(name)!r}, was {known.get(name)!r}" for name in other)
+            raise ValueError(
+                f"{self.url} keeps units of another run ({what}); give the same options or name another store"
+            )
+
+    def _settings(self) -> dict[str, Any] | None:
+        """Those of the run whose units are kept; None if there is nothing yet."""
+        if not self._files.exists(self._path) or not self._files.ls(self._path):
+            return None
+        try:
+            known = zarr.open_group(self.url, mode="r").attrs.asdict()
+        except (OSError, KeyError, TypeError, ValueError):
+            known = {}
+        if "store" not in known:
+            raise ValueError(f"{self.url} holds something else than finished units; name another store")
+        return known
+
+    def open(self, series: Series) -> None:
+        """Make room for the units of a series."""
+        zarr.open_group(self.url, mode="a").require_array(
+            series.name,
+            shape=(series.count, *series.shape),
+            chunks=(1, *series.shape),
+            dtype="float64",
+            fill_value=float("nan"),
+            compressors=[Crc32cCodec()],
+        )
+
+    def exists(self) -> bool:
+        """Whether the store is seen from here: the very one, not another of its name."""
+        try:
+            return (self._settings() or {}).get("store") == self._token
+        except ValueError:
+            return False
+
+    def finished(self, series: Series) -> int:
+        """The number of finished units of a series."""
+        return int(_array(self.url, series.name).nchunks_initialized)
+
+    def read(self, series: str, k: int) -> Array | None:
+        """The value of unit k, or None if it is not finished."""
+        try:
+            value = np.asarray(_array(self.url, series)[k], dtype=np.float64)
+        except ValueError:  # its checksum is wrong
+            return None
+        return None if value.size and value.flat[0] != value.flat[0] else value
+
+    def write(self, series: str, k: int, value: Array) -> None:
+        """Keep the value of unit k."""
+        _array(self.url, series)[k] = value
+
+    def delete(self) -> None:
+        """Delete all that is kept."""
+        self._files.rm(self._path, recursive=True)
+
+
+@lru_cache(maxsize=64)
+def _array(url: str, name: str) -> zarr.Array[Any]:
+    return zarr.open_array(f"{url.rstrip('/')}/{name}", mode="r+")
