@@ -226,6 +226,21 @@ def test_pixels_tell_their_numbers(flat, opened):
         np.testing.assert_allclose(row[3], (image - flat.reference)[8, 28].mean(), rtol=1e-2, atol=1e-9)
 
 
+def test_the_numbers_are_those_of_what_is_shown(flat, opened):
+    """The pixel that was read stays, whatever image is chosen; without a mouse it is the one in the middle."""
+    Stage(opened, "image").point(28.5 / 40, 8.5 / 30)
+    opened.wait_for_timeout(200)
+    red = opened.locator(".readout .right td").first
+    expect(red).to_have_text(f"{flat.images['weighted', 64][8, 28, 0]:#.4g}")
+    opened.get_by_label("Right image", exact=True).select_option(label="plain, 16 spp")
+    expect(red).to_have_text(f"{flat.images['plain', 16][8, 28, 0]:#.4g}")
+    opened.mouse.move(0, 0)
+    opened.locator(".divider").focus()
+    opened.keyboard.press("p")
+    expect(opened.locator(".readout caption")).to_have_text("Pixel (20, 14)")
+    expect(red).to_have_text(f"{flat.images['plain', 16][14, 20, 0]:#.4g}")
+
+
 def test_the_two_are_compared_in_words(flat, opened):
     mse = {m: np.mean((flat.images[m, 64] - flat.reference) ** 2) for m in ("plain", "weighted")}
     verdict = opened.locator(".verdict")
@@ -334,6 +349,19 @@ def test_tables_sort_by_any_column(flat, opened):
     assert column(opened, 1) == ["other", "plain", "weighted"]
 
 
+def test_what_has_no_number_comes_last(flat, visit, make_comparison, tmp_path):
+    images = {key: image for key, image in flat.images.items() if key not in {("plain", 16), ("weighted", 16)}}
+    own = make_comparison(
+        tmp_path / "gaps", flat.reference, {("plain", 16): flat.images["plain", 16], **images}, flat.closeup
+    )
+    page = visit(own.folder).page
+    button = page.locator(".error-table .sorts th").nth(1).get_by_role("button")
+    for first in ("other", "plain"):
+        button.click()
+        assert column(page, 1)[0] == first
+        assert column(page, 1)[-1] == "weighted"
+
+
 def test_ratios_are_to_the_chosen_baseline(flat, opened):
     """All methods here fall as 1/spp, so that ratios of spp are ratios of MSE."""
     mse = {m: np.mean((flat.images[m, 16] - flat.reference) ** 2) for m in ("plain", "weighted", "other")}
@@ -417,6 +445,8 @@ def test_light_and_dark(flat, visit, scheme):
 
 def test_a_phone_scrolls_one_way_only(flat, visit):
     page = visit(flat.folder, viewport={"width": 360, "height": 740}, is_mobile=True, has_touch=True).page
+    names = "document.querySelectorAll('.legend button span')"
+    page.evaluate(f"for (const name of {names}) name.textContent = 'a sampler and its weights'")
     assert page.evaluate("document.documentElement.scrollWidth") == 360
     touch = """() => {
       const { el } = Bokeh.index.find_one(STAGE), canvas = el.shadowRoot.querySelector(".bk-Canvas").shadowRoot;

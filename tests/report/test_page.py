@@ -85,6 +85,14 @@ def test_everything_is_inside_the_page(folder, tmp_path):
     assert page.source.count("<tbody>") == 3  # two tables of numbers and the images; a figure's table is not repeated
 
 
+def test_a_number_that_is_not_known(folder):
+    (folder / "a.csv").write_text("method,mse\nuniform,0.5\nHalton,\n", encoding="utf-8")
+    page = Page(write_report([folder]))
+    (link,) = {a["href"] for a in page.all("a") if a.get("download") == "a.json"}
+    assert json.loads(decoded(link)) == [{"method": "uniform", "mse": 0.5}, {"method": "Halton", "mse": None}]
+    assert "number" in [th.get("class") for th in page.all("th")]  # the column still sorts as numbers
+
+
 def test_where_the_page_goes(folder, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     for folders, page in (([folder], folder / "index.html"), ([folder, folder], tmp_path / "index.html")):

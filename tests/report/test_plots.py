@@ -47,6 +47,24 @@ def test_signs_are_dropped_and_zeros_left_out(tmp_path):
     assert plots.series[1].line.color != plots.series[0].line.color
 
 
+def test_what_was_not_measured_is_left_out(tmp_path):
+    rows = [["a", 8, 1, "", 0], ["a", 16, "", "", 0], ["a", 32, 0.5, 0.1, 0]]
+    data = drawn(make(tmp_path / "f.csv", rows, y="mse", error="mse_error"), "line-0")
+    np.testing.assert_array_equal(data["x"], [8, 32])
+    np.testing.assert_allclose(data["high"], [1, 0.6])
+
+
+@pytest.mark.parametrize("last", [0.3, 1e-6], ids=["few decades", "many decades"])
+def test_ticks_are_round_and_told_apart(tmp_path, last):
+    (plot,) = make(tmp_path / "f.csv", [["a", 8, 2, 0, 0], ["a", 16, last, 0, 0]], y="mse").models
+    labels = plot.yaxis[0].major_label_overrides
+    if last < 0.1:
+        assert not labels  # Bokeh's powers of ten
+    else:
+        assert {0.2: "2·10⁻¹", 0.5: "5·10⁻¹", 1.0: "1·10⁰", 2.0: "2·10⁰"}.items() <= labels.items()
+        assert sorted(labels) == plot.yaxis[0].ticker.ticks
+
+
 def test_rows_can_be_chosen(tmp_path):
     rows = [["a", 8, 1, 0, 1], ["a", 16, 0.5, 0, 2], ["b", 8, 3, 0, 1]]
     plots = make(tmp_path / "f.csv", rows, y="mse", where={"bias": "1"})

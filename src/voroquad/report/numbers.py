@@ -27,7 +27,12 @@ def shortened(cell: str) -> str:
 def scientific(value: float) -> str:
     """Three digits and a power of ten, as 1.23·10⁻⁵."""
     mantissa, exponent = f"{value:.2e}".split("e")
-    return f"{mantissa}·10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return f"{mantissa}·10{superscript(int(exponent))}"
+
+
+def superscript(exponent: int) -> str:
+    """An exponent as it is written: ⁻⁵."""
+    return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
 
 
 def signed(value: float | None) -> str:

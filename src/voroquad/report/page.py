@@ -105,8 +105,9 @@ class Grid:
 
     @property
     def numeric(self) -> list[bool]:
-        """Which columns hold numbers only."""
-        return [all(is_number(row[k]) for row in self.rows) for k in range(len(self.header))]
+        """Which columns hold numbers only, where they hold anything."""
+        columns = [[row[k] for row in self.rows if row[k]] for k in range(len(self.header))]
+        return [bool(column) and all(map(is_number, column)) for column in columns]
 
     @property
     def downloads(self) -> dict[str, str]:
@@ -184,8 +185,10 @@ def _data_uri(content: bytes, kind: str) -> str:
     return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
 
 
-def _json_value(text: str) -> float | str:
-    """A number if it is one that JSON has."""
+def _json_value(text: str) -> float | str | None:
+    """A number if it is one that JSON has; null where nothing is known."""
+    if not text:
+        return None
     if not is_number(text) or not math.isfinite(float(text)):
         return text
     return int(text) if text.lstrip("-").isdigit() else float(text)

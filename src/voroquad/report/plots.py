@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from ..results import Figure, Line, Plot
 from .embed import embedded
+from .numbers import superscript
 
 try:
     from bokeh.models import (
@@ -36,6 +37,8 @@ except ImportError as error:
 
 #: Up to so many different abscissae, each has its tick
 MOST_TICKS = 10
+#: Over fewer decades, powers of ten alone are too few ticks
+FEW_DECADES = 3
 HEIGHT = 380
 
 _DASHES: dict[str, str | list[int]] = {"solid": "solid", "dashed": [7, 4], "dotted": [2, 3]}
@@ -120,9 +123,9 @@ def make_plots(spec: Figure, path: Path) -> Plots:
 def _curve(rows: list[dict[str, str]], plot: Plot, series: str, name: str) -> Curve:
     """What the rows of a series say, without what a logarithm cannot show; y by its absolute value."""
     points = [
-        (float(row[plot.x]), abs(float(row[plot.y])), float(row[plot.error]) if plot.error else 0.0)
+        (float(row[plot.x]), abs(float(row[plot.y])), float(row[plot.error] or 0) if plot.error else 0.0)
         for row in rows
-        if row[series] == name and all(row[column] == value for column, value in plot.where.items())
+        if row[series] == name and row[plot.y] and all(row[column] == value for column, value in plot.where.items())
     ]
     shown = sorted((x, y, e) for x, y, e in points if 0 < x < math.inf and 0 < y < math.inf)
     x, y, error = np.array(shown).reshape(-1, 3).T
@@ -145,6 +148,8 @@ def _log_log(plot: Plot, curves: dict[str, Curve], lines: list[Line]) -> figure:
     if len(ticks := np.unique(x)) <= MOST_TICKS:
         drawn.xaxis.ticker = FixedTicker(ticks=ticks.tolist())
         drawn.xaxis.major_label_overrides = {tick: f"{tick:g}" for tick in ticks}
+    if len(y) and np.log10(y.max() / y.min()) < FEW_DECADES:
+        drawn.yaxis.ticker, drawn.yaxis.major_label_overrides = _one_two_five(y)
     dots = [
         _draw(drawn, k, name, curve, line)
         for k, ((name, curve), line) in enumerate(zip(curves.items(), lines, strict=True))
@@ -182,6 +187,13 @@ def _draw(drawn: figure, number: int, name: str, curve: Curve, line: Line) -> Gl
         "x", "y", source=source, name=tag, marker=marker, size=size or 8, line_color=line.color, line_width=1.5,
         **fill, alpha=1.0 if size else 0.0, tags=[] if size else ["invisible"],
     )  # fmt: skip
+
+
+def _one_two_five(values: Array) -> tuple[FixedTicker, dict[float, str]]:
+    """Ticks at 1, 2 and 5 times powers of ten, as far as one zooms out, and their labels."""
+    decades = range(int(np.floor(np.log10(values.min()))) - 1, int(np.ceil(np.log10(values.max()))) + 2)
+    labels = {float(f"{m}e{k}"): f"{m}·10{superscript(k)}" for k in decades for m in (1, 2, 5)}
+    return FixedTicker(ticks=list(labels)), labels
 
 
 def _range(values: NDArray[np.float64], margin: float) -> Range1d:

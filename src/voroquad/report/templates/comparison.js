@@ -38,7 +38,13 @@ function scientific(value) {
 }
 
 const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
-const fixed = (value) => (Number.isFinite(value) ? value.toPrecision(4) : String(value)).replace("-", "−");
+
+// Four digits, with a power of ten where zeros would hide them.
+function fixed(value) {
+  if (!Number.isFinite(value)) return String(value).replace("-", "−");
+  const plain = value === 0 || (Math.abs(value) >= 1e-3 && Math.abs(value) < 1e5);
+  return (plain ? value.toPrecision(4) : scientific(value)).replace(/^-/, "−");
+}
 
 class Comparison {
   constructor(root) {
@@ -54,6 +60,7 @@ class Comparison {
     this.scale = this.data.scale;
     this.split = 0.5;
     this.tones = new Map();
+    this.pointed = null; // column and row of the pixel that is read
     this.wanted = {};
   }
 
@@ -74,7 +81,8 @@ class Comparison {
     this.setExposure(0);
     this.setScale(0);
     this.paint();
-    await this.chooseSpp(this.spps[this.spps.length >> 1], this.methods.slice(0, 2));
+    const spp = this.spps[this.spps.length >> 1];
+    await this.chooseSpp(spp, this.methods.filter((method) => this.rendering(method, spp)));
     this.root.dataset.ready = "";
   }
 
@@ -161,6 +169,7 @@ class Comparison {
       card.classList.toggle(side, card.dataset.key === key);
     }
     if (this.left && this.right) this.find(".verdict").textContent = this.verdict;
+    this.tellPixel();
     this.draw();
   }
 
@@ -394,6 +403,7 @@ class Comparison {
       S: () => this.setScale(Number(this.find(".scale").value) - 0.1),
       ",": () => spp(-1),
       ".": () => spp(1),
+      p: () => this.readCentre(),
       0: () => this.view(0, 0, this.data.width),
       "+": () => this.zoom(1.5),
       "-": () => this.zoom(1 / 1.5),
@@ -409,10 +419,21 @@ class Comparison {
     action();
   }
 
-  // The numbers of the pixel at (x, y), y upwards.
+  // Read the pixel at (x, y), y upwards.
   read(x, y) {
     const [column, row] = [Math.floor(x), this.data.height - 1 - Math.floor(y)];
     if (!(column >= 0 && column < this.data.width && row >= 0 && row < this.data.height)) return;
+    this.pointed = [column, row];
+    this.tellPixel();
+  }
+
+  readCentre() {
+    this.read((this.x.start + this.x.end) / 2, (this.y.start + this.y.end) / 2);
+  }
+
+  tellPixel() {
+    if (!this.pointed || !this.left || !this.right) return;
+    const [column, row] = this.pointed;
     const k = row * this.data.width + column;
     this.find(".readout caption").textContent = `Pixel (${column}, ${row})`;
     const images = { left: this.left, right: this.right, reference: this.known.get(this.data.reference) };

@@ -3,22 +3,21 @@ function sortedBy(cell) {
   return cell.dataset.value ?? cell.textContent;
 }
 
-function compareNumbers(a, b) {
-  const [x, y] = [Number(a), Number(b)];
-  return Number.isNaN(x) || Number.isNaN(y) ? Number.isNaN(x) - Number.isNaN(y) : x - y;
-}
+const compareTexts = (a, b) => a.localeCompare(b, "en", { numeric: true });
+const compareNumbers = (a, b) => a - b;
 
 function sortTable(head, descending) {
   const table = head.closest("table");
   const column = head.cellIndex;
-  const key = head.classList.contains("number")
-    ? compareNumbers
-    : (a, b) => a.localeCompare(b, "en", { numeric: true });
+  const numbers = head.classList.contains("number");
+  const key = (row) => (numbers ? parseFloat(sortedBy(row.cells[column])) : sortedBy(row.cells[column]));
+  const order = numbers ? compareNumbers : compareTexts;
   for (const other of table.tHead.querySelectorAll("[aria-sort]")) other.removeAttribute("aria-sort");
   head.setAttribute("aria-sort", descending ? "descending" : "ascending");
   const rows = [...table.tBodies[0].rows];
-  rows.sort((a, b) => key(sortedBy(a.cells[column]), sortedBy(b.cells[column])) * (descending ? -1 : 1));
-  table.tBodies[0].append(...rows);
+  const known = rows.filter((row) => !Number.isNaN(key(row)));
+  known.sort((a, b) => order(key(a), key(b)) * (descending ? -1 : 1));
+  table.tBodies[0].append(...known, ...rows.filter((row) => Number.isNaN(key(row)))); // without a number: last
 }
 
 for (const button of document.querySelectorAll("table.sortable thead button")) {
