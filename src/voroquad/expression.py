@@ -92,7 +92,7 @@ def compile_expression(text: str, d: int) -> Callable[[Array], Array]:
             tree = ast.parse(text.strip().replace("^", "**"), mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         why = _short(error.msg, 100) if isinstance(error, SyntaxError) else type(error).__name__
-        raise ValueError(f"expression: cannot read {_short(text)!r}: {why}") from None
+        raise ValueError(f"expression: cannot read {_short(text)!r}: {why}; write it as 2*x + sin(pi*x)") from None
     values = _translate(tree, _variables(d), DEEPEST)
 
     def evaluate(x: Array) -> Array:
@@ -135,7 +135,7 @@ def _translate(node: ast.AST, variables: dict[str, int], depth: int) -> Values:
         return _translate(child, variables, depth - 1)
 
     match node:
-        case ast.Constant(value=bool() | int() | float() as number):
+        case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             if abs(number) > 1e300:
                 raise ValueError("expression: numbers must be at most 1e300 in size")
             constant = float(number)

@@ -107,6 +107,26 @@ def test_drag_type_and_copy(open_page):
     assert float(printed.getvalue().splitlines()[0]) == pytest.approx(shown(page), rel=1e-13)
 
 
+def test_numbers_out_of_range_are_not_swallowed(open_page):
+    page = open_page()
+    alert = page.get_by_role("alert")
+
+    def enter(label, value):
+        field = page.get_by_label(label, exact=True).first
+        field.fill(value)
+        field.press("Enter")
+
+    for label, wrong, right, message in (
+        ("N, samples of a set", "5000", "12", "N must be a whole number from 1 to 4096"),
+        ("Sample", "12", "11", "Sample must be a whole number from 0 to 11"),
+        ("x", "1.5", "0.25", "a sample's coordinates must be from 0 to 1"),
+    ):
+        enter(label, wrong)
+        until(lambda message=message: alert.count() and alert.inner_text() == message)
+        enter(label, right)
+        until(lambda: not alert.count())
+
+
 def cells(page):
     return page.evaluate(
         """() => {

@@ -76,7 +76,20 @@ def test_statistics_of_the_histograms():
 
 @pytest.mark.parametrize(
     "formula",
-    ["x1 + y", "2 ** -x", "-x ** 2", "(x < y) - (y < 0.5)", "1 < 2", "min(x, y, 0.3)", "tau * e + x", "x == y != 1"],
+    [
+        "x1 + y",
+        "2 ** -x",
+        "-x ** 2",
+        "(x < y) - (y < 0.5)",
+        "1 < 2",
+        "min(x, y, 0.3)",
+        "tau * e + x",
+        "x == y != 1",
+        "max(x, 10**20)",
+        "sin(-9**18 * 9**18)",
+        "x + 99999999999999999999",
+        "x ** 3 / 2 ** 2",
+    ],
 )
 def test_numpy_source_means_the_same(formula):
     x, y = np.random.default_rng(3).random((2, 9))

@@ -62,6 +62,9 @@ def widget(kind: type[Widget], **settings: Any) -> Any:
     return kind(sizing_mode="stretch_width", stylesheets=[_STYLE], **settings)
 
 
+# Spinners have no limits of their own: beyond them, Bokeh would keep the old value and say nothing
+
+
 class ProblemControls:
     """Dimension, integrand, number of samples."""
 
@@ -69,7 +72,7 @@ class ProblemControls:
         self.dimension = widget(RadioGroup, labels=["1-D", "2-D"], active=d - 1, inline=True, name="dimension")
         self.integrand = widget(Select, title="Integrand", name="integrand")
         self.formula = widget(TextInput, title="or type a formula", name="formula")
-        self.n = widget(Spinner, title="N, samples of a set", low=1, high=LARGEST_SET, step=1, name="n")
+        self.n = widget(Spinner, title="N, samples of a set", step=1, name="n")
         self.draw = widget(Button, label="Draw anew", name="draw")
         self.offer(d)
         row = Row(self.n, self.draw, sizing_mode="stretch_width", spacing=8, stylesheets=[_ROW])
@@ -122,10 +125,8 @@ class EditControls:
 
     def __init__(self) -> None:
         self.mode = widget(RadioGroup, labels=["move", "add", "remove"], active=0, inline=True, name="mode")
-        self.index = widget(Spinner, title="Sample", low=0, high=0, step=1, value=0, name="index")
-        self.place = [
-            widget(Spinner, title=axis, low=0, high=1, step=0.01, value=0, format="0.0000", name=axis) for axis in "xy"
-        ]
+        self.index = widget(Spinner, title="Sample", step=1, value=0, name="index")
+        self.place = [widget(Spinner, title=axis, step=0.01, value=0, format="0.0000", name=axis) for axis in "xy"]
         self.add = widget(Button, label="Add", name="add")
         self.remove = widget(Button, label="Remove", name="remove")
         self.restore = widget(Button, label="As drawn", name="restore")

@@ -143,7 +143,7 @@ class Editing:
 
     def _connect(self) -> None:
         c = self.controls
-        self._when(c.index, lambda: self._select(self._selected()))
+        self._when(c.index, self._choose_selected)
         for place in c.place:
             self._when(place, self._move_selected)
         c.add.on_click(lambda: self._attempt(lambda: self._add(self._place())))
@@ -167,7 +167,7 @@ class Editing:
         """Show a sample's number and place in the fields."""
         self._setting = True
         c, point = self.controls, self.edited.points[index]
-        c.index.update(high=len(self.edited) - 1, value=index)
+        c.index.value = index
         for axis, field in enumerate(c.place):
             field.visible = axis < len(point)
             field.value = float(point[axis]) if axis < len(point) else 0.0
@@ -184,6 +184,10 @@ class Editing:
         if not all(isinstance(x, int | float) and 0 <= x <= 1 for x in place):
             raise ValueError("a sample's coordinates must be from 0 to 1")
         return np.array(place, dtype=np.float64)
+
+    def _choose_selected(self) -> None:
+        self._select(self._selected())
+        self._changed()
 
     def _move_selected(self) -> None:
         self.edited.move(self._selected(), self._place())

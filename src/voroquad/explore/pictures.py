@@ -174,8 +174,8 @@ def _no_formula(design: str) -> str:
 
 def _what_it_says(n: int) -> str:
     return (
-        f"Voronoi weights of {n} samples integrate G·f in place of f on average: G < 1 counts too little, "
-        "G > 1 too much. Unbiased rules make it 1 everywhere."
+        f"Voronoi weights of {n} sample{'s' * (n > 1)} integrate G·f in place of f on average: "
+        "G < 1 counts too little, G > 1 too much. Unbiased rules make it 1 everywhere."
     )
 
 

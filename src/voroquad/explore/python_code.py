@@ -8,6 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from ..expression import CONSTANTS
 from ..study.convergence import Method
 from .edits import ADDED, EditedSet
 from .experiment import Replicates
@@ -69,19 +70,41 @@ def numpy_source(formula: str) -> str:
     'np.exp(-x ** 2) * (1.0 * (np.maximum(x, y) < np.pi / 4))'
     """
     tree = ast.parse(formula.strip().replace("^", "**"), mode="eval").body
-    constant = not any(isinstance(node, ast.Name) and node.id not in ("pi", "e", "tau") for node in _leaves(tree))
+    constant = _is_constant(tree)
     source = ast.unparse(_NumPy().visit(tree))
     return f"{source} + 0 * x" if constant else source
 
 
-def _leaves(tree: ast.AST) -> list[ast.AST]:
-    """The variables and constants of a formula, without the names of functions."""
+def _is_constant(tree: ast.AST) -> bool:
+    """Whether no variable is in a formula."""
     functions = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
-    return [node for node in ast.walk(tree) if id(node) not in functions]
+    names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and id(node) not in functions}
+    return names <= CONSTANTS.keys()
+
+
+def _as_float(node: ast.expr) -> ast.expr:
+    """A whole number, with its sign if it has one, as floating-point number."""
+    match node:
+        case ast.Constant(value=int() as number):
+            return ast.Constant(float(number))
+        case ast.UnaryOp(op=op, operand=operand):
+            return ast.UnaryOp(op, _as_float(operand))
+    return node
 
 
 class _NumPy(ast.NodeTransformer):
-    """Formulas mean the same in NumPy but for functions, constants, and comparisons, which are 0 or 1."""
+    """Formulas mean the same in NumPy but for functions, constants, comparisons, which are 0 or 1, and whole numbers.
+
+    Those of a formula are floating-point numbers; Python's would grow without bound, beyond what NumPy takes.
+    """
+
+    def visit_Constant(self, node: ast.Constant) -> ast.AST:
+        exact = isinstance(node.value, float) or abs(node.value) < 2**53
+        return node if exact else _as_float(node)
+
+    def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
+        first = _as_float(node.left) if _is_constant(node) else node.left
+        return ast.BinOp(self.visit(first), node.op, self.visit(node.right))
 
     def visit_Name(self, node: ast.Name) -> ast.AST:
         if node.id in ("pi", "e"):
