@@ -99,8 +99,7 @@ class _NumPy(ast.NodeTransformer):
     """
 
     def visit_Constant(self, node: ast.Constant) -> ast.AST:
-        exact = isinstance(node.value, float) or abs(node.value) < 2**53
-        return node if exact else _as_float(node)
+        return _as_float(node) if isinstance(node.value, int) and node.value >= 2**53 else node
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.AST:
         first = _as_float(node.left) if _is_constant(node) else node.left
