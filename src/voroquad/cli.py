@@ -259,6 +259,10 @@ def compare(
     output: Output,
     domain: Domain = "lens",
     spp: Annotated[str, typer.Option(help="Samples per pixel, separated by commas.")] = "16,64,256",
+    methods: Annotated[
+        str | None,
+        typer.Option(help="To compare with uniform, such as uniform-w,stratified-w; default: all there are."),
+    ] = None,
     jitter: Jitter = False,
     size: Size = None,
     seed: Seed = 0,
@@ -277,6 +281,7 @@ def compare(
         output,
         domain=domain,
         spp=whole_numbers("spp", spp),
+        methods=None if methods is None else [name.strip() for name in methods.split(",")],
         size=parse_size(size),
         seed=seed,
         seeds=seeds,

@@ -60,6 +60,36 @@ def samples_for_error(n: Sequence[float], mse: Sequence[float], target: float) -
     return Samples(_power(x[end] + (level - y[end]) / slope) if slope < 0 else math.nan, extrapolated=True)
 
 
+def equal_error_ratio(baseline: Sequence[tuple[float, float]], n: float, mse: float) -> Samples:
+    """Samples that a baseline needs for the mean squared error `mse`, over the `n` that gave it.
+
+    Parameters
+    ----------
+    baseline : sequence of (n, mse)
+        Its measurements by increasing n; those without error are left out.
+    n : float
+        Samples.
+    mse : float
+        Mean squared error.
+
+    Returns
+    -------
+    Samples
+        The ratio; NaN where it cannot be known.
+
+    Examples
+    --------
+    >>> from voroquad.equal_error import equal_error_ratio
+    >>> equal_error_ratio([(16, 1 / 16), (64, 1 / 64)], 16, 1 / 32)
+    Samples(n=2.0, extrapolated=False)
+    """
+    measured = [(samples, error) for samples, error in baseline if error > 0]
+    if mse <= 0 or not measured:
+        return Samples(math.nan, extrapolated=True)
+    found = samples_for_error([samples for samples, _ in measured], [error for _, error in measured], mse)
+    return Samples(found.n / n, found.extrapolated)
+
+
 def _power(exponent: float) -> float:
     """2^exponent, to the digits that rounding leaves."""
     return float(f"{2.0**exponent:.12g}")

@@ -13,6 +13,7 @@ from voroquad.mitsuba import methods
 from voroquad.mitsuba.figures import closeup_windows
 from voroquad.mitsuba.methods import Stage, methods_for
 from voroquad.mitsuba.render import load_scene
+from voroquad.report.errors import read_errors
 from voroquad.results import Results
 
 ALL = methods.UNIFORM, methods.UNIFORM_W, *methods.STRATIFIED, methods.ZERO_TWO, *methods.SOBOL, methods.HALTON
@@ -72,6 +73,37 @@ def test_errors_are_those_of_the_images(small):
         assert float(row["relmse"]) > 0
         assert 0 < float(row["flip"]) < 1
         assert float(row["reference_mse"]) < float(row["mse"])
+
+
+def test_equal_error_ratios_are_those_of_the_report(small):
+    out, _ = small
+    errors = read_errors(out / "errors.csv")
+    with (out / "errors.csv").open() as file:
+        for row in csv.DictReader(file):
+            samples = errors.cells[row["method"], int(row["spp"])].ratios["uniform"]
+            assert float(row["equal_error_ratio"]) == pytest.approx(samples.n, rel=1e-3)
+            assert bool(int(row["extrapolated"])) == samples.extrapolated
+    assert errors.cells["uniform", 4].ratios["uniform"].n == pytest.approx(1)
+
+
+def test_chosen_methods_have_the_images_that_they_have_among_all(small, tmp_path):
+    out, _ = small
+    chosen = {"spp": (16, 4), "size": (40, 30), "seed": 1, "seeds": 2, "show_progress": False}
+    results = comparison.compare("depth-of-field", tmp_path / "out", methods=["stratified-w"], **chosen)
+    gc.collect()
+    assert "--methods stratified-w " in results.command
+    assert [section.title for section in results.sections] == ["Images", "Errors"]
+    images = {path.name for path in (tmp_path / "out" / "images").glob("*.exr")}
+    assert images == {"reference.exr", *(f"{m}-{n}.exr" for m in ("uniform", "stratified-w") for n in (4, 16))}
+    for name in images:
+        assert (tmp_path / "out" / "images" / name).read_bytes() == (out / "images" / name).read_bytes()
+
+
+@pytest.mark.parametrize("names", [["nonsense"], ["uniform", ""]])
+def test_methods_that_do_not_exist_are_named(tmp_path, names):
+    with pytest.raises(ValueError, match=r"^methods: there is no '(nonsense|)' here; choose from uniform, uniform-w, "):
+        comparison.compare("depth-of-field", tmp_path / "out", size=(8, 6), methods=names)
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_closeups_are_where_the_error_is():

@@ -16,6 +16,7 @@ import numpy as np
 from .._checks import positive_int
 from .._files import atomic_directory
 from .._progress import progress_bar
+from ..equal_error import equal_error_ratio
 from ..results import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
 from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
 from .methods import SOBOL, UNIFORM, Method, Stage, methods_for
@@ -59,6 +60,7 @@ def compare(
     *,
     domain: str = "lens",
     spp: Sequence[int] = (16, 64, 256),
+    methods: Sequence[str] | None = None,
     size: tuple[int, int] | None = None,
     seed: int = 0,
     seeds: int = 1,
@@ -78,6 +80,9 @@ def compare(
         What the sets sample, see :class:`voroquad.mitsuba.integrator.Reweighted`.
     spp : sequence of int
         Samples per pixel.
+    methods : sequence of str, optional
+        Names of methods, such as ``stratified-w``, to compare with ``uniform``; by default all that the scene and
+        the domain have.
     size : (int, int), optional
         Width and height in pixels; by default those of the scene.
     seed : int
@@ -97,35 +102,40 @@ def compare(
     Raises
     ------
     ValueError
-        There is no such scene or it is malformed, the sensor lacks the domain, or a sampler cannot make sets of
-        one of the sizes.
+        There is no such scene or it is malformed, the sensor lacks the domain, a method is not known, or a sampler
+        cannot make sets of one of the sizes.
 
     Notes
     -----
     All methods run the scene's own integrator. The reference takes 16 times the samples of the largest spp:
     rounds of independent unweighted Owen-scrambled Sobol' sets, averaged. Half the rounds against the other half,
     mean((A − B)²)/4, estimates its own mean squared error; it is in ``errors.csv``, beside MSE, relative MSE
-    (mean of (image − reference)² / (reference² + 0.01)), ꟻLIP and seconds. Mitsuba's own samplers are compared at those
-    spp that they make exactly; objects that move in slices have no samplers of Mitsuba's.
+    (mean of (image − reference)² / (reference² + 0.01)), ꟻLIP, seconds and the equal-error ratio: the samples per pixel
+    with which ``uniform`` has the same MSE, over those of the image (:func:`voroquad.equal_error.equal_error_ratio`).
+    Seconds are without compilation, which an image of each method at the smallest spp sets off before. Mitsuba's own
+    samplers are compared at those spp that they make exactly; objects that move in slices have none of them.
     """
     check_seed(seed)
     spp, seeds = sorted({positive_int("spp", n) for n in spp}), positive_int("seeds", seeds)
     stage = Stage(load_scene(scene, size, domain), domain, jitter)
-    methods = methods_for(stage, spp)
-    for method in methods:
+    chosen = _chosen(methods_for(stage, spp), methods)
+    for method in chosen:
         for n in spp:
             method.check(stage, n)
 
-    total = REFERENCE_FACTOR * max(spp) + seeds * sum(n for n in spp for method in methods if method.makes(n))
+    total = REFERENCE_FACTOR * max(spp) + seeds * sum(n for n in spp for method in chosen if method.makes(n))
     with progress_bar(total, show=show_progress) as advance, atomic_directory(out) as folder:
         reference = make_reference(stage, max(spp), seed, advance)
+        for method in chosen:
+            advance(f"{method.label}, compiled", 0)
+            render_image(stage.scene, stage.integrator(method, seed=0), spp[0], seed=0)
         measured = [
             measure(stage, method, reference, n, seed, seeds, advance)
             for n in spp
-            for method in methods
+            for method in chosen
             if method.makes(n)
         ]
-        command = _command(scene, out, domain, spp, size, seed, seeds, jitter)
+        command = _command(scene, out, domain, spp, methods, size, seed, seeds, jitter)
         title = f"{Path(scene).stem}: renderings compared"
         results = Results(title, command, _sections(folder, reference, measured, jitter))
         results.write(folder)
@@ -139,6 +149,15 @@ def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
             {k: v if k == "method" else float(v) if v else None for k, v in row.items()} for row in csv.DictReader(file)
         ]
     return {"output": os.fspath(out), "command": results.command, "errors": rows}
+
+
+def _chosen(known: list[Method], names: Sequence[str] | None) -> list[Method]:
+    """The methods of those names, and the uniform sets that all are compared with."""
+    if names is None:
+        return known
+    if unknown := sorted(set(names) - {method.name for method in known}):
+        raise ValueError(f"methods: there is no {unknown[0]!r} here; choose from {', '.join(m.name for m in known)}")
+    return [method for method in known if method is UNIFORM or method.name in names]
 
 
 def make_reference(stage: Stage, most: int, seed: int, advance: Advance) -> Reference:
@@ -239,6 +258,7 @@ def _sections(folder: Path, reference: Reference, measured: list[Measurement], j
         "zoomed; each with its error on the one scale of the colour bar.",
         [[w[1].start, w[0].start, w[1].stop - w[1].start, w[0].stop - w[0].start] for w in windows],
     )
+    blended = [m for m in measured if m.share is not None]
     mse = "mean squared error"
     error_figure = Figure(
         "mse.png",
@@ -259,7 +279,7 @@ def _sections(folder: Path, reference: Reference, measured: list[Measurement], j
             comparisons=[comparison],
         ),
         Section("Errors", figures=[error_figure]),
-        Section("Blend", grids=[_shares(folder, [m for m in measured if m.share is not None], spp)]),
+        *([Section("Blend", grids=[_shares(folder, blended, spp)])] if blended else []),
     ]
 
 
@@ -288,11 +308,14 @@ def _curve(measured: list[Measurement], method: Method) -> Curve:
     return Curve(method.label, method.line, spp, mse, slope(spp, mse))
 
 
-_COLUMNS = "method,spp,mse,uniform_mse_over_mse,flip,seconds,reference_mse,mse_error,relmse"
+_COLUMNS = (
+    "method,spp,mse,uniform_mse_over_mse,flip,seconds,reference_mse,mse_error,relmse,equal_error_ratio,extrapolated"
+)
 
 
 def _write_errors(path: Path, reference: Reference, measured: list[Measurement]) -> None:
     plain = {m.spp: m.mse for m in measured if m.method is UNIFORM}
+    baseline = [(float(n), mse) for n, mse in sorted(plain.items())]
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file)
         writer.writerow(_COLUMNS.split(","))
@@ -300,7 +323,9 @@ def _write_errors(path: Path, reference: Reference, measured: list[Measurement])
             ratio = f"{plain[m.spp] / m.mse:.3f}" if m.mse > 0 else "inf"
             numbers = (f"{m.mse:.4e}", ratio, f"{m.flip:.5f}", f"{m.seconds:.3f}", f"{reference.mse:.2e}")
             error = "" if np.isnan(m.mse_error) else f"{m.mse_error:.1e}"
-            writer.writerow([m.method.label, m.spp, *numbers, error, f"{m.relmse:.4e}"])
+            equal = equal_error_ratio(baseline, m.spp, m.mse)
+            spp_ratio = ("", "") if np.isnan(equal.n) else (f"{equal.n:.4g}", int(equal.extrapolated))
+            writer.writerow([m.method.label, m.spp, *numbers, error, f"{m.relmse:.4e}", *spp_ratio])
 
 
 def _write_differences(folder: Path, reference: Reference, measured: list[Measurement], middle: int) -> None:
@@ -331,6 +356,7 @@ def _command(
     out: str | os.PathLike[str],
     domain: str,
     spp: Sequence[int],
+    methods: Sequence[str] | None,
     size: tuple[int, int] | None,
     seed: int,
     seeds: int,
@@ -338,5 +364,6 @@ def _command(
 ) -> str:
     command = ["voroquad", "compare", os.fspath(scene), "-o", os.fspath(out), "--domain", domain]
     command += ["--spp", ",".join(map(str, spp)), "--jitter" if jitter else "--no-jitter", "--seed", str(seed)]
+    command += ["--methods", ",".join(methods)] if methods is not None else []
     command += ["--seeds", str(seeds)] if seeds > 1 else []
     return shlex.join(command + (["--size", f"{size[0]}x{size[1]}"] if size else []))

@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 import csv
-import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
-from ..equal_error import Samples, samples_for_error
+from ..equal_error import Samples, equal_error_ratio
 from .numbers import ratio
 
 
@@ -63,21 +62,14 @@ def read_errors(path: Path) -> Errors:
             ]
     except (KeyError, TypeError, ValueError) as error:
         raise ValueError(f"{path} is damaged ({error}); make it again") from None
-    curves: dict[str, list[tuple[int, float]]] = {}
+    curves: dict[str, list[tuple[float, float]]] = {}
     for method, spp, mse, _, _ in sorted(rows, key=lambda row: row[1]):
         curves.setdefault(method, []).append((spp, mse))
     methods = list(dict.fromkeys(row[0] for row in rows))
     cells = {
-        (method, spp): Cell(method, spp, mse, flip, seconds, {b: _ratio(curves[b], spp, mse) for b in methods})
+        (method, spp): Cell(
+            method, spp, mse, flip, seconds, {b: equal_error_ratio(curves[b], spp, mse) for b in methods}
+        )
         for method, spp, mse, flip, seconds in rows
     }
     return Errors(methods, sorted({spp for _, spp in cells}), cells)
-
-
-def _ratio(baseline: list[tuple[int, float]], spp: int, mse: float) -> Samples:
-    """Samples per pixel of the baseline for an MSE, over the spp that gave it."""
-    measured = [(n, error) for n, error in baseline if error > 0]
-    if mse <= 0 or not measured:
-        return Samples(math.nan, extrapolated=True)
-    found = samples_for_error([n for n, _ in measured], [error for _, error in measured], mse)
-    return Samples(found.n / spp, found.extrapolated)
