@@ -17,7 +17,7 @@ HEADER = ["method", "n", "mse", "mse_error", "bias"]
 def make(path, rows, **plot):
     with path.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file).writerows([HEADER, *rows])
-    lines = {"a": Line("#123456", "dotted", "diamond")}
+    lines = {"a": Line("#123456", "dotted", "diamond"), "bare": Line("#654321")}
     spec = Figure("f.png", "", "", csv=path.name, plots=[Plot("n", **plot, x_label="N", y_label="y")], lines=lines)
     return make_plots(spec, path)
 
@@ -52,6 +52,13 @@ def test_what_was_not_measured_is_left_out(tmp_path):
     data = drawn(make(tmp_path / "f.csv", rows, y="mse", error="mse_error"), "line-0")
     np.testing.assert_array_equal(data["x"], [8, 32])
     np.testing.assert_allclose(data["high"], [1, 0.6])
+
+
+def test_a_line_of_one_point_is_seen(tmp_path):
+    for rows, opacity in (([["bare", 8, 1, 0, 0]], 1), ([["bare", 8, 1, 0, 0], ["bare", 16, 1, 0, 0]], 0)):
+        (plot,) = make(tmp_path / "f.csv", rows, y="mse").models
+        points = plot.renderers[-1].glyph
+        assert (points.line_alpha, points.fill_alpha, bool(points.tags)) == (opacity, opacity, not opacity)
 
 
 @pytest.mark.parametrize("last", [0.3, 1e-6], ids=["few decades", "many decades"])

@@ -171,7 +171,8 @@ def _draw(drawn: figure, number: int, name: str, curve: Curve, line: Line) -> Gl
         "x_text": [f"{x:.4g}" for x in curve.x],
         "y_text": [f"{y:.3g}" + (f" ± {e:.1g}" if e > 0 else "") for y, e in zip(curve.y, curve.error, strict=True)],
     })  # fmt: skip
-    marker, size = _MARKERS[line.marker]
+    alone = len(curve.x) == 1 and line.marker == "none"  # a point that no line goes through would not be seen
+    marker, size = _MARKERS["circle" if alone else line.marker]
     drawn.line("x", "y", source=source, name=tag, color=line.color, line_width=2, line_dash=_DASHES[line.dash])
     if curve.error.any():
         whisker = Whisker(
