@@ -236,16 +236,21 @@ def render(
     target_error: Annotated[
         float | None, typer.Option(help="Stop at this standard error of a pixel over the mean radiance.")
     ] = None,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
+    store: Store = None,
     as_json: AsJson = False,
 ) -> None:
     """Render a Mitsuba scene with weighted sample sets, in rounds that can be resumed."""
     from .mitsuba import render as renderer
 
-    summary = renderer.render(
-        scene, output, domain=domain, spp=spp, sampler=sampler, order=order, debias=debias,
-        weighted=weighted, blend=blend, jitter=jitter, size=renderer.parse_size(size), seed=seed,
-        per_round=per_round, seconds=renderer.parse_seconds(time), target_error=target_error, resume=resume,
-    )  # fmt: skip
+    with _pool(scheduler, workers, store, output) as pool:
+        summary = renderer.render(
+            scene, output, domain=domain, spp=spp, sampler=sampler, order=order, debias=debias,
+            weighted=weighted, blend=blend, jitter=jitter, size=renderer.parse_size(size), seed=seed,
+            per_round=per_round, seconds=renderer.parse_seconds(time), target_error=target_error, resume=resume,
+            pool=pool,
+        )  # fmt: skip
     if as_json:
         print(json.dumps(summary))
     else:
@@ -295,10 +300,12 @@ def compare(
 
 
 @contextmanager
-def _pool(scheduler: str | None, workers: int | None, store: str | None, output: Path) -> Iterator[Pool | None]:
-    """What computes the units of work; None for this process, keeping nothing."""
+def _pool(scheduler: str | None, workers: int | None, store: str | None, output: Path) -> Iterator[Pool]:
+    """What computes the units of work."""
+    from .units import ONE_PROCESS
+
     if scheduler is None and workers is None and store is None:
-        yield None
+        yield ONE_PROCESS
         return
     from .cluster import connected
 

@@ -77,6 +77,10 @@ class Pool(Protocol):
     units, and sums are those of :class:`TreeSum`.
     """
 
+    @property
+    def keeps(self) -> bool:
+        """Whether finished units outlive the run."""
+
     def begin(self, key: dict[str, Any]) -> None:
         """Say by which settings the units that follow differ from those of other runs."""
 
@@ -166,6 +170,11 @@ class InProcess:
     """
 
     kept: Kept | None = None
+
+    @property
+    def keeps(self) -> bool:
+        """Whether finished units outlive the run."""
+        return self.kept is not None
 
     def begin(self, key: dict[str, Any]) -> None:
         """Ready what keeps finished units."""

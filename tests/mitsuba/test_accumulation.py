@@ -7,6 +7,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from voroquad.mitsuba import accumulation
 from voroquad.mitsuba.accumulation import Footprint, pixel_means
 
 
@@ -69,3 +70,45 @@ def test_same_bits_on_any_number_of_threads(rfilter, spp):
     finally:
         dr.set_thread_count(before)
     assert len(set(images)) == 1
+
+
+@pytest.mark.parametrize("changes", [0, 3])
+@pytest.mark.parametrize(
+    ("rfilter", "film"), [("box", CROP), ("tent", CROP), ("gaussian", {}), ("gaussian", CROP | {"sample_border": True})]
+)
+def test_bands_make_the_whole(rfilter, film, changes, monkeypatch):
+    """Bands of any height, the last one lower and filled up: the image of one band."""
+    footprint = Footprint(mi.load_dict(scene_dict(rfilter, **film)["sensor"]["film"]))
+    columns, rows = footprint.window
+    taps = len(footprint.offsets)
+    width = 4 + changes if footprint.reach == 0 else 3 + changes + taps * (5 + changes)
+    means = np.random.default_rng(3).random((rows * columns, width))
+    passes = []
+    for height in (rows, 3, 1):
+        monkeypatch.setattr(accumulation, "BAND_RAYS", height * columns * 16)
+        bands = footprint.bands(16)
+        assert [row for band in bands for row in band] == list(range(rows))
+        assert {len(band) for band in bands[:-1]} <= {height}
+        shape = footprint.strip_shape(16, 4, changes)
+        strips = []
+        for band in bands:
+            of_band = means[band.start * columns : band.stop * columns]
+            strips.append(np.full(shape, 99.0))
+            strip = footprint.strip(of_band, 4, band)
+            strips[-1][: len(strip)] = strip
+        passes.append(footprint.whole(strips, bands, 4))
+    for part in passes[1:]:
+        for name in ("plain", "differences", "pixel_plain", "pixel_difference"):
+            np.testing.assert_allclose(getattr(part, name), getattr(passes[0], name), rtol=1e-12)
+
+
+def test_bands_have_samples_of_their_own(monkeypatch):
+    """Below a band's border the image does not repeat that above it, and is the same image but for noise."""
+    scene = mi.load_dict(scene_dict("box", width=16, height=16) | {"integrator": {"type": "direct"}})
+    integrator = mi.load_dict({"type": "reweighted", "nested": {"type": "direct"}})
+    whole = np.array(mi.render(scene, integrator=integrator, spp=64, seed=1))
+    monkeypatch.setattr(accumulation, "BAND_RAYS", 4 * 16 * 64)
+    bands = np.array(mi.render(scene, integrator=integrator, spp=64, seed=1))
+    assert bands[:4].tobytes() == whole[:4].tobytes()
+    assert not np.array_equal(bands[4:], whole[4:])
+    np.testing.assert_allclose(bands, whole, atol=0.15)

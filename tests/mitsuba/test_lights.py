@@ -101,8 +101,8 @@ def test_a_weight_on_all_light_twice_would_show(pixel_z):
         )
         camera_rays = integrator.camera_rays
 
-        def twice(sensor, sampler):
-            rays = camera_rays(sensor, sampler)
+        def twice(sensor, sampler, *band):
+            rays = camera_rays(sensor, sampler, *band)
             rays.weight = rays.weight * rays.drawn.factor
             return rays
 

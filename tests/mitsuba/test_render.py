@@ -62,12 +62,12 @@ def test_rounds_that_are_interrupted_end_with_the_same_bits(ball, tmp_path, monk
 
     # Ended after a round; then when the state was on disk and the image was not; then nothing was left to do
     renderer.render(ball, tmp_path / "parts.exr", spp=32, **ROUNDS)
-    add_round, write_rounds = renderer.add_round, renderer.write_rounds
-    monkeypatch.setattr(renderer, "add_round", lambda *a: (add_round(*a), monkeypatch.setattr(
+    save, write_rounds = renderer.Rounds.save, renderer.write_rounds
+    monkeypatch.setattr(renderer.Rounds, "save", lambda *a: (save(*a), monkeypatch.setattr(
         renderer, "write_rounds", die_before_the_image))[0])  # fmt: skip
     with pytest.raises(Killed):
         renderer.render(ball, tmp_path / "parts.exr", spp=80, resume=True, **ROUNDS)
-    monkeypatch.setattr(renderer, "add_round", add_round)
+    monkeypatch.setattr(renderer.Rounds, "save", save)
     monkeypatch.setattr(renderer, "write_rounds", write_rounds)
     for _ in range(2):
         summary = renderer.render(ball, tmp_path / "parts.exr", spp=80, resume=True, **ROUNDS)

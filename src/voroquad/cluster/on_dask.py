@@ -76,6 +76,11 @@ class OnDask:
             client.register_plugin(OneThread())
             self._check_workers()
 
+    @property
+    def keeps(self) -> bool:
+        """Whether finished units outlive the run."""
+        return self.store is not None
+
     def begin(self, key: dict[str, Any]) -> None:
         """Ready the store; ValueError if a worker does not see it."""
         if self.store is None:

@@ -6,7 +6,7 @@ runs that one thread works off in order, and the runs in double precision one af
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import drjit as dr
@@ -20,6 +20,8 @@ Floats = NDArray[np.float64]
 
 #: Rays of a run at most: it must divide the rays that a thread takes at a time (2^14), and keep rounding low
 _LONGEST_RUN = 2**10
+#: Rays of a band: some seconds of one thread
+BAND_RAYS = 2**23
 
 
 def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Floats:
@@ -77,6 +79,9 @@ class Footprint:
     A sample at p of value v adds f(q − p) v to pixel q and f(q − p) to its weight, f the filter and q the pixel's
     centre; the pixel shows the sum over the weight. All samples that a pixel gives to the same neighbour are summed
     first, then the neighbours' gifts, in a fixed order: as Mitsuba's film, but for the order.
+
+    An image is rendered in bands of rows. The strip of a band is what its pixels give, to pixels above and below it
+    too; strips add up to the image.
     """
 
     def __init__(self, film: mi.Film) -> None:
@@ -92,22 +97,30 @@ class Footprint:
         """Width and height of the pixels to sample: the crop window, and its border where the film samples that."""
         return self.width + 2 * self.border, self.height + 2 * self.border
 
+    def bands(self, spp: int) -> list[range]:
+        """The rows of the window, in bands of equally many rows but for the last."""
+        columns, rows = self.window
+        height = max(1, BAND_RAYS // (columns * spp))
+        return [range(row, min(row + height, rows)) for row in range(0, rows, height)]
+
+    def strip_shape(self, spp: int, channels: int, changes: int) -> tuple[int, int, int]:
+        """The shape of the first band's strip; the last band's may have fewer rows."""
+        own = channels + changes if self.reach == 0 else 4 + channels + 3 * changes
+        return len(self.bands(spp)[0]) + 2 * self.reach, self.window[0], own
+
     def weights(self, pixel: mi.Point2f) -> list[mi.Float]:
         """f of samples at `pixel`, in [0, 1)², for the neighbour at each of the `offsets`."""
-        if self.reach == 0:
-            return [mi.Float(1)]
         along = [[self._filter.eval(o + 0.5 - u) for o in range(-self.reach, self.reach + 1)] for u in pixel]
         return [fy * fx for fy in along[1] for fx in along[0]]
 
     def gather(self, given: Floats) -> Floats:
-        """Sums (height, width, k) of what the pixels (rows, columns, len(offsets), k) of the window give to each."""
+        """Sums (rows + 2 reach, columns, k) of what pixels (rows, columns, len(offsets), k) give."""
         rows, columns = given.shape[:2]
         reach = self.reach
         padded = np.zeros((rows + 2 * reach, columns + 2 * reach, given.shape[-1]))
         for number, (x, y) in enumerate(self.offsets):
             padded[reach + y : reach + y + rows, reach + x : reach + x + columns] += given[:, :, number]
-        top = reach + self.border
-        return padded[top : top + self.height, top : top + self.width]
+        return padded[:, reach : reach + columns]
 
     def crop(self, window: Floats) -> Floats:
         """The crop window (height, width, …) of an array of the window to sample."""
@@ -115,7 +128,7 @@ class Footprint:
         return window[b : b + self.height, b : b + self.width]
 
     def spread(self, channels: Sequence[mi.Float], change: Sequence[mi.Float], pixel: mi.Point2f) -> list[mi.Float]:
-        """What rays give: to their own pixel, and through the filter to it and to those around it.
+        """What rays give: to their own pixel, and through a filter that reaches others to it and to those.
 
         Parameters
         ----------
@@ -126,24 +139,54 @@ class Footprint:
         pixel : mitsuba.Point2f
             Where in their pixels the rays are.
         """
+        if self.reach == 0:
+            return [*channels, *change]
         own = [*channels[:3], *change]
         return [*own, *(f * v for f in self.weights(pixel) for v in (mi.Float(1), *channels, *change))]
 
-    def collect(self, means: Floats, channels: int) -> Pass:
-        """The image from the means (pixels, …) of what `spread` made of so many channels."""
-        columns, rows = self.window
+    def strip(self, means: Floats, channels: int, band: range) -> Floats:
+        """The strip (rows + 2 reach, columns, …) of a band from the means (pixels, …) of what `spread` made."""
+        means = means.reshape(len(band), self.window[0], -1)
+        if self.reach == 0:
+            return means
         taps = len(self.offsets)
         changes = (means.shape[-1] - 3 - taps * (1 + channels)) // (1 + taps)  # 3, or 0 without weights
-        means = means.reshape(rows, columns, -1)
         own, given = np.split(means, [3 + changes], axis=-1)
-        given = given.reshape(rows, columns, taps, -1)
+        given = given.reshape(*given.shape[:2], taps, -1)
+        half = checkerboard(*given.shape[:2], start=band.start)[..., None, None]
+        plain, change = given[..., : 1 + channels], given[..., 1 + channels :]
+        sums = [plain, *(change * (half == h) for h in (0, 1))] if changes else [plain]
+        margin = ((self.reach, self.reach), (0, 0), (0, 0))
+        return np.concatenate([np.pad(own, margin), *(self.gather(s) for s in sums)], -1)
 
-        total = self.gather(given[..., : 1 + channels])
-        weight = np.where(total[..., :1] == 0, 1, total[..., :1])
-        pixel_plain = self.crop(own[..., :3])
+    def whole(self, strips: Iterable[Floats], bands: Sequence[range], channels: int) -> Pass:
+        """The image from the strips of all bands, with so many channels; rows that are too many are not looked at."""
+        columns, rows = self.window
+        total = np.zeros(0)
+        for strip, band in zip(strips, bands, strict=True):
+            if total.size == 0:
+                total = np.zeros((rows + 2 * self.reach, columns, strip.shape[-1]))
+            height = len(band) + 2 * self.reach
+            total[band.start : band.start + height] += strip[:height]
+        total = total[self.reach : self.reach + rows]
+        return self._pass_of_box(total, channels) if self.reach == 0 else self._pass_of_filter(total, channels)
+
+    def _pass_of_box(self, total: Floats, channels: int) -> Pass:
+        plain, change = np.split(self.crop(total), [channels], axis=-1)
+        if change.shape[-1] == 0:
+            change = np.zeros_like(plain[..., :3])
+        half = self.crop(checkerboard(*total.shape[:2]))[..., None]
+        return Pass(plain, np.stack([change * (half == h) for h in (0, 1)]), plain[..., :3], change)
+
+    def _pass_of_filter(self, total: Floats, channels: int) -> Pass:
+        image = self.crop(total)
+        changes = (total.shape[-1] - 4 - channels) // 3
+        own, weight, plain, *differences = np.split(
+            image, np.cumsum([3 + changes, 1, channels, changes])[: 4 if changes else 2], axis=-1
+        )
+        weight = np.where(weight == 0, 1, weight)
+        pixel_plain = own[..., :3]
         if changes == 0:
             none = np.zeros_like(pixel_plain)
-            return Pass(total[..., 1:] / weight, np.stack([none, none]), pixel_plain, none)
-        half = checkerboard(rows, columns)[..., None, None]
-        differences = [self.gather(given[..., 1 + channels :] * (half == h)) / weight for h in (0, 1)]
-        return Pass(total[..., 1:] / weight, np.stack(differences), pixel_plain, self.crop(own[..., 3:]))
+            return Pass(plain / weight, np.stack([none, none]), pixel_plain, none)
+        return Pass(plain / weight, np.stack([d / weight for d in differences]), pixel_plain, own[..., 3:])

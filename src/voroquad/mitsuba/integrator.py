@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
@@ -17,7 +16,7 @@ from .._checks import one_of, positive_int
 from ..samplers import DESIGNS, sample
 from ..tables import SampleTable, kept_table
 from ..weights import find_rule
-from .accumulation import Footprint, Pass, pixel_means
+from .accumulation import Floats, Footprint, Pass, pixel_means
 from .blend import TILE
 from .domains import CameraSample, Domain, Joint, find_domain
 from .lights import FirstHit
@@ -73,6 +72,8 @@ class Plain(ADIntegrator):
         self.nested, self._sampler = _nested_objects(props)
         self.jitter = _property(props, "jitter", True)
         self._seed = mi.UInt32(0)
+        self.weighted = self.blend = False
+        self.samples = 0
         self._rays: CameraRays | None = None  # those of sample_rays, until sample has traced them
 
     def aov_names(self) -> list[str]:
@@ -80,25 +81,40 @@ class Plain(ADIntegrator):
         return list(self.nested.aov_names())
 
     def prepare(
-        self, sensor: mi.Sensor, seed: mi.UInt32 = 0, spp: int = 0, aovs: list[str] | None = None
+        self,
+        sensor: mi.Sensor,
+        seed: mi.UInt32 = 0,
+        spp: int = 0,
+        aovs: list[str] | None = None,
+        *,
+        rows: int | None = None,
     ) -> tuple[mi.Sampler, int]:
-        """Seed the sampler for one wavefront, ready the film, and keep the seed.
+        """Seed the sampler for one wavefront of so many rows (without a number, all), ready the film, keep the seed.
 
         The seed is opaque to the compiler, so that a new one costs no compilation.
         """
         film = sensor.film()
-        sampler = (self._sampler or sensor.sampler()).clone()
-        if spp != 0:
-            sampler.set_sample_count(spp)
+        sampler = self._sampler_of(sensor, spp)
         spp = sampler.sample_count()
         sampler.set_samples_per_wavefront(spp)
-        rays = math.prod(Footprint(film).window) * spp
+        columns, height = Footprint(film).window
+        rays = columns * (height if rows is None else rows) * spp
         if rays > 2**32:
             raise ValueError(f"{rays} samples in one pass are more than 2^32; render in rounds of fewer samples")
         self._seed = dr.opaque(mi.UInt32, seed) if isinstance(seed, int) else mi.UInt32(seed)
         sampler.seed(self._seed, rays)
         film.prepare(aovs or [])
         return sampler, spp
+
+    def granted(self, sensor: mi.Sensor, spp: int = 0) -> int:
+        """The samples per pixel that the sampler makes when asked for so many, or for none in particular."""
+        return int(self._sampler_of(sensor, spp).sample_count())
+
+    def _sampler_of(self, sensor: mi.Sensor, spp: int) -> mi.Sampler:
+        sampler = (self._sampler or sensor.sampler()).clone()
+        if spp != 0:
+            sampler.set_sample_count(spp)
+        return sampler
 
     # ------------------------------------------------------------------ the steps of a camera sample
 
@@ -112,16 +128,18 @@ class Plain(ADIntegrator):
         wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
         return CameraSample(pixel, lens, time, wavelength)
 
-    def camera_rays(self, sensor: mi.Sensor, sampler: mi.Sampler) -> CameraRays:
-        """Camera rays of the wavefront, by their camera samples."""
+    def camera_rays(self, sensor: mi.Sensor, sampler: mi.Sampler, band: range | None = None) -> CameraRays:
+        """Camera rays of the wavefront, of a band of rows or of all, by their camera samples."""
         film = sensor.film()
         spp = sampler.sample_count()
         width, height = Footprint(film).window
+        band = band or range(height)
 
-        index = dr.arange(mi.UInt32, width * height * spp)
+        index = dr.arange(mi.UInt32, width * len(band) * spp)
         pixel_index = index // dr.opaque(mi.UInt32, spp)
-        row = pixel_index // dr.opaque(mi.UInt32, width)
-        column = pixel_index - row * width
+        row_of_band = pixel_index // dr.opaque(mi.UInt32, width)
+        column = pixel_index - row_of_band * width
+        row = row_of_band + dr.opaque(mi.UInt32, band.start)
         corner = mi.Point2i(mi.Int32(column), mi.Int32(row)) + mi.ScalarPoint2i(film.crop_offset())
         return self.rays_of(sensor, sampler, index, corner - Footprint(film).border)
 
@@ -190,6 +208,87 @@ class Plain(ADIntegrator):
             active=active,
         )
         return radiance, valid, list(aovs)
+
+    # ------------------------------------------------------------------ the image
+
+    def render(
+        self,
+        scene: mi.Scene,
+        sensor: int | mi.Sensor = 0,
+        seed: mi.UInt32 = 0,
+        spp: int = 0,
+        develop: bool = True,
+        evaluate: bool = True,
+    ) -> mi.TensorXf:
+        """The image, also left in the sensor's film."""
+        if isinstance(sensor, int):
+            sensor = scene.sensors()[sensor]
+        with dr.suspend_grad():
+            done = self.render_pass(scene, sensor, seed, spp)
+            rounds = Rounds(done.plain.shape, blend=self.blend)
+            rounds.add(done)
+            return self.develop(sensor.film(), rounds)
+
+    def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: mi.UInt32, spp: int) -> Pass:
+        """Trace all rays, band after band; the image with equal weights, and what the weights change."""
+        footprint, spp = Footprint(sensor.film()), self.granted(sensor, spp)
+        bands = footprint.bands(spp)
+        seed = int(np.array(seed).ravel()[0])
+        strips = (self.render_band(scene, sensor, seed, spp, number) for number in range(len(bands)))
+        return footprint.whole(strips, bands, self.channels(sensor.film()))
+
+    def render_band(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, number: int) -> Floats:
+        """The strip of a band, see `Footprint`: the same bits whenever and wherever it is rendered."""
+        self.check(scene, sensor)
+        footprint = Footprint(sensor.film())
+        band = footprint.bands(spp)[number]
+        means = self.band_means(scene, sensor, band_seed(seed, number), spp, band)
+        return footprint.strip(means, self.channels(sensor.film()), band)
+
+    def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, band: range) -> Floats:
+        """Means over the rays of each pixel of a band of what they give, see `Footprint.spread`."""
+        sampler, spp = self.prepare(sensor, seed, spp, self.aov_names(), rows=len(band))
+        rays = self.camera_rays(sensor, sampler, band)
+        channels, change = self.values(scene, sensor.film(), sampler, rays)
+        return pixel_means(Footprint(sensor.film()).spread(channels, change, rays.drawn.pixel), rays.index, spp)
+
+    def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
+        """Raise ValueError if the film has no colours."""
+        film = sensor.film()
+        if mi.has_flag(film.flags(), mi.FilmFlags.Special):
+            name = _plugin_name(self)
+            raise ValueError(f"{name!r} renders to films of colours such as 'hdrfilm', not {film.class_name()}")
+
+    def channels(self, film: mi.Film) -> int:
+        """The number of channels that are rendered: colours, alpha where the film has it, the nested integrator's."""
+        return 3 + mi.has_flag(film.flags(), mi.FilmFlags.Alpha) + len(self.nested.aov_names())
+
+    def values(
+        self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays
+    ) -> tuple[list[mi.Float], list[mi.Float]]:
+        """What rays bring to the channels of the film (colours, alpha, others), and what weights add to colours."""
+        radiance, valid, aovs = self.follow(scene, sampler, rays, mi.Bool(True))
+        return self._film_channels(film, rays, radiance, valid, aovs), []
+
+    @staticmethod
+    def _film_channels(
+        film: mi.Film, rays: CameraRays, radiance: mi.Spectrum, valid: mi.Bool, aovs: list[mi.Float]
+    ) -> list[mi.Float]:
+        channels = [*_colour(radiance * rays.weight, rays.ray.wavelengths)]
+        if mi.has_flag(film.flags(), mi.FilmFlags.Alpha):
+            channels.append(dr.select(valid, mi.Float(1), mi.Float(0)))
+        return channels + aovs
+
+    def develop(self, film: mi.Film, rounds: Rounds) -> mi.TensorXf:
+        """Put the mean of rounds into the film, and develop it."""
+        image = rounds.image
+        base = 4 if mi.has_flag(film.flags(), mi.FilmFlags.Alpha) else 3
+        own = [rounds.mean_lambda[..., None]] if "lambda" in self.aov_names() else []
+        channels = [image[..., :base], np.ones((*image.shape[:2], 1)), image[..., base:], *own]  # 1: the film's weight
+        block = mi.ImageBlock(mi.TensorXf(np.concatenate(channels, -1, dtype=np.float32)), offset=film.crop_offset())
+        film.prepare(self.aov_names())
+        film.put_block(block)
+        return film.develop()
 
     def render_forward(self, scene: mi.Scene, params: Any, *args: Any, **named: Any) -> mi.TensorXf:
         """Forward derivative of the image."""
@@ -318,7 +417,6 @@ class Reweighted(Plain):
         if self.blend and sets == 1:
             raise ValueError("sets must be 2 or more for blend='auto', got 1; or set blend to 'off'")
         self._n = 0  # samples of a set of the table at hand
-        self._redrawn: int | None = None  # its seed, if not that of the properties
 
     def aov_names(self) -> list[str]:
         """Names of the extra channels: those of the nested integrator, then one's own."""
@@ -327,34 +425,28 @@ class Reweighted(Plain):
     def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
         """Raise ValueError if the scene does not have the domain, or its film no colours."""
         self.domain.check(scene, sensor)
-        film = sensor.film()
-        if mi.has_flag(film.flags(), mi.FilmFlags.Special):
-            raise ValueError(f"'reweighted' renders to films of colours such as 'hdrfilm', not {film.class_name()}")
+        super().check(scene, sensor)
 
-    def prepare(
-        self, sensor: mi.Sensor, seed: mi.UInt32 = 0, spp: int = 0, aovs: list[str] | None = None
-    ) -> tuple[mi.Sampler, int]:
+    def prepare(self, *args: Any, **named: Any) -> tuple[mi.Sampler, int]:
         """Settle the samples per pixel, and make the table if it is not there."""
-        sampler, spp = super().prepare(sensor, seed, spp, aovs)
+        sampler, spp = super().prepare(*args, **named)
         n = self.samples or spp
         if spp % n:
             raise ValueError(f"sets of samples={n} do not divide {spp} samples per pixel; take a multiple of {n}")
         if n != self._n:
-            self._upload(self._file or self._table(n))
+            self._upload(self._file or table_of(self.recipe(n)))
         return sampler, spp
 
-    def redraw(self, table_seed: int) -> None:
-        """Take another table, of that seed, from the next render on."""
+    def recipe(self, n: int, seed: int | None = None) -> dict[str, Any]:
+        """How to make the table for sets of n samples: with the seed of the properties, or another."""
+        sets = self._recipe["sets"] or max(64, min(1024, TABLE_SIZE // n))
+        return self._recipe | {"n": n, "sets": sets} | ({} if seed is None else {"rng": seed})
+
+    def take(self, table: SampleTable) -> None:
+        """Take another table from the next render on."""
         if self._file is not None:
             raise ValueError("table= names a file, and rounds need a new table each; name its sampler instead")
-        self._redrawn, self._n = table_seed, 0
-
-    def _table(self, n: int) -> SampleTable:
-        recipe = self._recipe | {"n": n, "sets": self._recipe["sets"] or max(64, min(1024, TABLE_SIZE // n))}
-        if self._redrawn is not None:
-            recipe["rng"] = self._redrawn
-        # One table of a kind is worth its place on disk
-        return kept_table(**recipe) if recipe["rng"] == 0 else SampleTable.make(**recipe)
+        self._upload(table)
 
     def _upload(self, table: SampleTable) -> None:
         """Hand points and N·w to the device in its own precision."""
@@ -431,59 +523,15 @@ class Reweighted(Plain):
             return light.sampled + light.rest, mi.Spectrum(0), light.valid, []
         return light.sampled, light.rest, light.valid, []
 
-    # ------------------------------------------------------------------ the image
-
-    def render(
-        self,
-        scene: mi.Scene,
-        sensor: int | mi.Sensor = 0,
-        seed: mi.UInt32 = 0,
-        spp: int = 0,
-        develop: bool = True,
-        evaluate: bool = True,
-    ) -> mi.TensorXf:
-        """The image, also left in the sensor's film."""
-        if isinstance(sensor, int):
-            sensor = scene.sensors()[sensor]
-        with dr.suspend_grad():
-            done = self.render_pass(scene, sensor, seed, spp)
-            rounds = Rounds(done.plain.shape, blend=self.blend)
-            rounds.add(done)
-            return self.develop(sensor.film(), rounds)
-
-    def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: mi.UInt32, spp: int) -> Pass:
-        """Trace all rays; the image with equal weights, and what the weights change."""
-        self.check(scene, sensor)
-        sampler, spp = self.prepare(sensor, seed, spp, self.aov_names())
-        rays = self.camera_rays(sensor, sampler)
-        channels, change = self.values(scene, sensor.film(), sampler, rays)
-        footprint = Footprint(sensor.film())
-        means = pixel_means(footprint.spread(channels, change, rays.drawn.pixel), rays.index, spp)
-        return footprint.collect(means, len(channels))
-
     def values(
         self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays
     ) -> tuple[list[mi.Float], list[mi.Float]]:
         """What rays bring to the channels of the film (colours, alpha, others), and what the weights add to colours."""
         weighed, rest, valid, aovs = self.split(scene, sampler, rays, mi.Bool(True))
-        channels = [*_colour((weighed + rest) * rays.weight, rays.ray.wavelengths)]
-        if mi.has_flag(film.flags(), mi.FilmFlags.Alpha):
-            channels.append(dr.select(valid, mi.Float(1), mi.Float(0)))
-        channels += aovs
+        channels = self._film_channels(film, rays, weighed + rest, valid, aovs)
         if rays.drawn.factor is None:
             return channels, []
         return channels, [*_colour(weighed * (rays.drawn.factor - 1) * rays.weight, rays.ray.wavelengths)]
-
-    def develop(self, film: mi.Film, rounds: Rounds) -> mi.TensorXf:
-        """Put the mean of rounds into the film, and develop it."""
-        image = rounds.image
-        base = 4 if mi.has_flag(film.flags(), mi.FilmFlags.Alpha) else 3
-        own = [rounds.mean_lambda[..., None]] if "lambda" in self.aovs else []
-        channels = [image[..., :base], np.ones((*image.shape[:2], 1)), image[..., base:], *own]  # 1: the film's weight
-        block = mi.ImageBlock(mi.TensorXf(np.concatenate(channels, -1, dtype=np.float32)), offset=film.crop_offset())
-        film.prepare(self.aov_names())
-        film.put_block(block)
-        return film.develop()
 
     def render_forward(self, scene: mi.Scene, params: Any, sensor: Any = 0, *args: Any, **named: Any) -> mi.TensorXf:
         """Forward derivative of the image without blend."""
@@ -502,6 +550,16 @@ class Reweighted(Plain):
             f"{type(self).__name__}[domain = {self.domain.name}, weighted = {self.weighted}, blend = {self.blend}, "
             f"{self._recipe}, nested = {self.nested}]"
         )
+
+
+def table_of(recipe: dict[str, Any]) -> SampleTable:
+    """The table of a recipe; one of a kind, that of seed 0, is worth its place on disk."""
+    return kept_table(**recipe) if recipe["rng"] == 0 else SampleTable.make(**recipe)
+
+
+def band_seed(seed: int, number: int) -> int:
+    """The seed of a band: of the first the image's own, of the others independent ones."""
+    return seed if number == 0 else int(np.random.SeedSequence((seed, number), spawn_key=(1,)).generate_state(1)[0])
 
 
 def _colour(radiance: mi.Spectrum, wavelengths: Any) -> mi.Color3f:

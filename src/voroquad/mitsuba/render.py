@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import hashlib
+import itertools
 import math
 import os
 import re
@@ -21,6 +21,8 @@ from .. import __version__
 from .._checks import one_of, positive_int
 from .._files import atomic_path
 from .._progress import progress_bar
+from ..units import ONE_PROCESS, LocalFile, Pool
+from .bands import Camera, Shot, scene_hash
 from .rounds import Rounds
 
 SCENES = Path(__file__).parent / "scenes"
@@ -251,18 +253,6 @@ def round_seed(seed: int, number: int) -> int:
     return seed if number == 0 else int(np.random.SeedSequence((seed, number)).generate_state(1)[0])
 
 
-def add_round(scene: mi.Scene, integrator: mi.Integrator, rounds: Rounds | None, n: int, seed: int) -> Rounds:
-    """Render the next round of n samples per pixel, from new sample sets; the first without `rounds`."""
-    number = 0 if rounds is None else rounds.count
-    if number > 0:
-        integrator.redraw(round_seed(seed, number))
-    with one_line_errors():
-        done = integrator.render_pass(scene, scene.sensors()[0], round_seed(seed, number), n)
-    rounds = rounds or Rounds(done.plain.shape, blend=integrator.blend)
-    rounds.add(done)
-    return rounds
-
-
 def state_path(out: str | os.PathLike[str]) -> Path:
     """Where the state of a render in rounds is kept: beside the image."""
     return Path(f"{os.fspath(out)}.state.npz")
@@ -304,6 +294,7 @@ def render(
     seconds: float | None = None,
     target_error: float | None = None,
     resume: bool = False,
+    pool: Pool = ONE_PROCESS,
     show_progress: bool = True,
 ) -> dict[str, Any]:
     """Render a scene with its own integrator inside ``reweighted`` and write the image.
@@ -326,6 +317,9 @@ def render(
     resume : bool
         Go on from the state beside the image. After each round of several, the image so far and the file
         ``out.state.npz`` are on disk; a render that is resumed ends with the same bits as one that is not interrupted.
+    pool : Pool
+        What computes the units of work, such as :class:`voroquad.cluster.OnDask`; the image is the same bits. One that
+        keeps finished units goes on from those, and leaves no state beside the image.
     show_progress : bool
         A progress bar on standard error.
 
@@ -344,13 +338,15 @@ def render(
     plan = Plan(spp, per_round, seconds, target_error)
     check_seed(seed)
     one_of("image format", Path(out).suffix.lower(), (".exr", ".png"))
-    loaded = load_scene(scene, size, domain)
+    path = scene_path(scene).resolve()
+    use_variant(domain)
     settings = {"domain": domain, "sampler": sampler, "order": order, "debias": debias, "weighted": weighted,
                 "blend": blend, "jitter": jitter}  # fmt: skip
-    integrator = make_integrator("reweighted", own_integrator(loaded), table_seed=seed, **settings, **motion_of(loaded))
+    shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", settings | {"table_seed": seed})
+    loaded, integrator = shot.loaded()
     integrator.check(loaded, loaded.sensors()[0])
     key = settings | {
-        "scene": hashlib.sha256(scene_path(scene).read_bytes()).hexdigest(),
+        "scene": scene_hash(path),
         "size": [int(n) for n in loaded.sensors()[0].film().crop_size()],
         "round": plan.n,
         "seed": seed,
@@ -361,18 +357,30 @@ def render(
     rounds = Rounds.load(state_path(out), key) if resume else None
     if rounds is not None:  # perhaps nothing is left to do, and the image was not written
         write_rounds(loaded, integrator, rounds, out)
+    pool.begin(key)
+    camera = Camera(shot, pool)
+    bands = camera.bands(plan.n)
+    numbers = itertools.count(rounds.count if rounds else 0)
+    series = (
+        camera.series(f"round-{k}", plan.n, round_seed(seed, k), round_seed(seed, k))
+        for k in itertools.takewhile(lambda k: plan.rounds is None or k < plan.rounds, numbers)
+    )
     start, here = time.monotonic(), 0
-    with progress_bar(plan.rounds, show=show_progress and plan.several) as advance:
-        end = None if rounds is None else plan.end(rounds, 0, 0)
-        advance(_progress(rounds), rounds.count if rounds else 0, end)
+    with progress_bar(None, show=show_progress and (plan.several or bands > 1)) as advance:
+        end = plan.rounds if rounds is None else plan.end(rounds, 0, 0)
+        advance(_progress(rounds), rounds.count * bands if rounds else 0, end and end * bands)
+        passes = camera.passes(series, lambda _, steps: advance(_progress(rounds), steps))
         while rounds is None or end is None or rounds.count < end:
-            rounds = add_round(loaded, integrator, rounds, plan.n, seed)
+            done, _ = next(passes)
+            rounds = rounds or Rounds(done.plain.shape, blend=integrator.blend)
+            rounds.add(done)
             here += 1
-            if plan.several:
+            if plan.several and not pool.keeps:
                 rounds.save(state_path(out), key)
             write_rounds(loaded, integrator, rounds, out)
             end = plan.end(rounds, time.monotonic() - start, here)
-            advance(_progress(rounds), 1, end)
+            advance(_progress(rounds), 0, end and end * bands)
+        passes.close()
     image = rounds.image
     height, width = image.shape[:2]
     return {

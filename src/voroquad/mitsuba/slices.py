@@ -12,7 +12,7 @@ import mitsuba as mi
 import numpy as np
 
 from ..tables import SampleTable
-from .accumulation import Floats, Footprint, Pass
+from .accumulation import Floats, Footprint
 from .domains import CameraSample
 from .integrator import Plain, Reweighted
 from .motion import Track, TransformTrack, key_of_dict, keyframes
@@ -82,37 +82,30 @@ class ReweightedSlices(Reweighted):
                     f"the scene has no parameter {name!r} to move; near it are {', '.join(near) or 'none'}"
                 )
 
-    def prepare(
-        self, sensor: mi.Sensor, seed: mi.UInt32 = 0, spp: int = 0, aovs: list[str] | None = None
-    ) -> tuple[mi.Sampler, int]:
+    def prepare(self, *args: Any, **named: Any) -> tuple[mi.Sampler, int]:
         """Settle the samples per pixel; the sampler gives one of them at a time."""
-        sampler, spp = super().prepare(sensor, seed, spp, aovs)
+        sampler, spp = super().prepare(*args, **named)
         sampler.set_samples_per_wavefront(1)
         return sampler, spp
 
-    def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: mi.UInt32, spp: int) -> Pass:
-        """Render slice by slice; the image with equal weights, and what the weights change."""
-        self.check(scene, sensor)
-        sampler, spp = self.prepare(sensor, seed, spp, self.aov_names())
-        footprint = Footprint(sensor.film())
-        columns, rows = footprint.window
-        seed = int(np.array(seed).ravel()[0])
-        image, channels = np.zeros(0), 0
+    def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, band: range) -> Floats:
+        """Means over the rays of each pixel of a band, slice by slice."""
+        sampler, spp = self.prepare(sensor, seed, spp, self.aov_names(), rows=len(band))
+        columns, _ = Footprint(sensor.film()).window
+        means = np.zeros(0)
         with self._moving(scene) as set_time:
             for y in range(self.interleave):
                 for x in range(self.interleave):
-                    column, row = np.meshgrid(
-                        np.arange(x, columns, self.interleave), np.arange(y, rows, self.interleave)
-                    )
+                    rows = [row for row in band if row % self.interleave == y]
+                    column, row = np.meshgrid(np.arange(x, columns, self.interleave), rows)
                     if column.size == 0:
                         continue
-                    of_pixels, channels = self._slices(
-                        scene, sensor, sampler, set_time, np.stack([column.ravel(), row.ravel()]), (x, y, seed), spp
-                    )
-                    if image.size == 0:
-                        image = np.zeros((rows, columns, of_pixels.shape[-1]))
-                    image[row, column] = of_pixels.reshape(*row.shape, -1)
-        return footprint.collect(image.reshape(rows * columns, -1), channels)
+                    pixels = np.stack([column.ravel(), row.ravel()])
+                    of_pixels = self._slices(scene, sensor, sampler, set_time, pixels, (x, y, seed), spp)
+                    if means.size == 0:
+                        means = np.zeros((len(band), columns, of_pixels.shape[-1]))
+                    means[row - band.start, column] = of_pixels.reshape(*row.shape, -1)
+        return means.reshape(len(band) * columns, -1)
 
     def _slices(
         self,
@@ -123,8 +116,8 @@ class ReweightedSlices(Reweighted):
         pixels: Any,
         key: tuple[int, int, int],
         spp: int,
-    ) -> tuple[Floats, int]:
-        """Means over the slices of the pixels (2, n) of the window that share their times, and the film's channels."""
+    ) -> Floats:
+        """Means over the slices of the pixels (2, n) of the window that share their times."""
         film = sensor.film()
         footprint = Footprint(film)
         corner = mi.Point2i(pixels.astype(np.int32)) + mi.ScalarPoint2i(film.crop_offset()) - footprint.border
@@ -135,7 +128,6 @@ class ReweightedSlices(Reweighted):
         sampler.seed(dr.opaque(mi.UInt32, int(rng.integers(2**32))), pixels.shape[1])
 
         sums: list[mi.Float] = []
-        channels: list[mi.Float] = []
         for slice_row in self._rows(rng, (key[0] + key[1]) % 2, spp):
             self._row = slice_row
             set_time(sensor.shutter_open() + self._table_at_hand.points.flat[self._row] * sensor.shutter_open_time())
@@ -148,7 +140,7 @@ class ReweightedSlices(Reweighted):
             dr.eval(sums)
         width = pixels.shape[1]
         of_pixels = np.stack([np.broadcast_to(np.array(s, dtype=np.float64), width) for s in sums], -1)
-        return of_pixels / spp, len(channels)
+        return of_pixels / spp
 
     def _rows(self, rng: np.random.Generator, half: int, spp: int) -> Iterator[int]:
         """Rows of the table for `spp` slices: those of sets drawn from a half's."""

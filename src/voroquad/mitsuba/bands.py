@@ -1,0 +1,189 @@
+"""Images in units of work: a band of rows each."""
+
+from __future__ import annotations
+
+import hashlib
+import math
+import os
+import threading
+import time
+import xml.etree.ElementTree as ElementTree
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import islice
+from pathlib import Path
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from .._checks import thread_count
+from ..tables import SampleTable, kept_table
+from ..units import Advance, Array, File, Pool, Series
+from .accumulation import Footprint, Pass
+
+
+@dataclass(frozen=True)
+class Shot:
+    """What an image is of, but for its samples; it travels to workers.
+
+    Parameters
+    ----------
+    scene : File
+        Mitsuba XML file.
+    variant : str
+        Mitsuba's, where it is rendered.
+    size : (int, int), optional
+        Width and height in pixels; by default those of the scene.
+    kind : str
+        Plug-in around the scene's own integrator.
+    properties : dict
+        Of the plug-in.
+    """
+
+    scene: File
+    variant: str
+    size: tuple[int, int] | None
+    kind: str
+    properties: dict[str, Any]
+
+    def loaded(self) -> tuple[mi.Scene, mi.Integrator]:
+        """Scene and plug-in; the last ones stay in memory."""
+        from .render import load_scene, make_integrator, own_integrator
+
+        if mi.variant() != self.variant:
+            mi.set_variant(self.variant)
+        key = f"{self.scene.path} {self.variant} {self.size}"
+        if key not in _last.scenes:
+            _last.forget()
+            _last.scenes[key] = load_scene(self.scene.path, self.size)
+        scene = _last.scenes[key]
+        plugin = f"{self.kind} {sorted(self.properties.items())}"
+        if plugin not in _last.integrators:
+            _last.integrators.clear()
+            _last.integrators[plugin] = make_integrator(self.kind, own_integrator(scene), **self.properties)
+        return scene, _last.integrators[plugin]
+
+
+class _Last:
+    """The last scene and the last plug-in: a scene that exists slows renders of others."""
+
+    def __init__(self) -> None:
+        self.scenes: dict[str, mi.Scene] = {}
+        self.integrators: dict[str, mi.Integrator] = {}
+        self.lock = threading.Lock()  # Mitsuba's current variant and Dr.Jit's state are those of a process
+
+    def forget(self) -> None:
+        """Drop both."""
+        self.scenes.clear()
+        self.integrators.clear()
+
+
+_last = _Last()
+forget = _last.forget
+
+
+class Camera:
+    """Makes series of units of images, and images of their values.
+
+    Parameters
+    ----------
+    shot : Shot
+        Of a scene on this machine.
+    pool : Pool
+        What computes the units.
+    """
+
+    def __init__(self, shot: Shot, pool: Pool) -> None:
+        self.scene, self.integrator = shot.loaded()
+        self._pool = pool
+        sent = pool.send(shot.scene.path, [path for path in scene_files(shot.scene.path) if path != shot.scene.path])
+        self._shot = Shot(sent, shot.variant, shot.size, shot.kind, shot.properties)
+        self._footprint = Footprint(self.scene.sensors()[0].film())
+
+    def series(self, name: str, spp: int, seed: int, table_seed: int | None = None) -> Series:
+        """The units of an image; a table of another seed than the plug-in's, if it has tables."""
+        table = None
+        if self._shot.kind == "reweighted":
+            table = self._pool.share(_table, self.integrator.recipe(self.integrator.samples or spp, table_seed))
+        film = self.scene.sensors()[0].film()
+        spp = self.integrator.granted(self.scene.sensors()[0], spp)
+        shape = self._footprint.strip_shape(spp, self.integrator.channels(film), 3 * self.integrator.weighted)
+        count = len(self._footprint.bands(spp))
+        return Series(name, count, (1 + math.prod(shape),), _band, (self._shot, table, shape, spp, seed))
+
+    def bands(self, spp: int) -> int:
+        """The number of units of an image."""
+        return len(self._footprint.bands(self.integrator.granted(self.scene.sensors()[0], spp)))
+
+    def passes(self, series: Iterable[Series], advance: Advance) -> Iterator[tuple[Pass, float]]:
+        """The images of series, and the seconds that their units took, in all."""
+        coming: list[Series] = []
+
+        def noted() -> Iterator[Series]:
+            for one in series:
+                coming.append(one)
+                yield one
+
+        values = self._pool.values(noted(), advance)
+        for first in values:
+            one = coming.pop(0)
+            seconds = 0.0
+
+            def strips(one: Series = one, first: Array = first) -> Iterator[Array]:
+                nonlocal seconds
+                for value in (first, *islice(values, one.count - 1)):
+                    seconds += float(value[0])
+                    yield value[1:].reshape(one.arguments[2])
+
+            bands = self._footprint.bands(one.arguments[3])
+            film = self.scene.sensors()[0].film()
+            yield self._footprint.whole(strips(), bands, self.integrator.channels(film)), seconds
+
+
+def _table(recipe: dict[str, Any]) -> SampleTable:
+    # One table of a kind is worth its place on disk
+    return kept_table(**recipe) if recipe["rng"] == 0 else SampleTable.make(**recipe)
+
+
+def _band(shot: Shot, table: SampleTable | None, shape: tuple[int, ...], spp: int, seed: int, k: int) -> Array:
+    """Seconds that it took, then the strip of band k, filled up to `shape`."""
+    from .render import one_line_errors
+
+    with _last.lock:
+        if "VOROQUAD_NUM_THREADS" in os.environ:
+            dr.set_thread_count(thread_count(None))
+        scene, integrator = shot.loaded()
+        start = time.perf_counter()
+        if table is not None:
+            integrator.take(table)
+        with one_line_errors():
+            strip = integrator.render_band(scene, scene.sensors()[0], seed, spp, k)
+        seconds = time.perf_counter() - start
+    value = np.zeros(1 + math.prod(shape))
+    value[0] = seconds
+    value[1 : 1 + strip.size] = strip.ravel()
+    return value
+
+
+def scene_files(path: Path) -> list[Path]:
+    """An XML scene and the files that it names: textures, meshes, included scenes and theirs."""
+    files = dict.fromkeys([path])
+    for element in ElementTree.parse(path).iter():
+        name = element.get("filename") if element.tag == "include" else None
+        if element.tag == "string" and element.get("name", "").endswith("filename"):
+            name = element.get("value")
+        if not name or not (path.parent / name).is_file():
+            continue
+        found = path.parent / name
+        files |= dict.fromkeys(scene_files(found) if element.tag == "include" else [found])
+    return list(files)
+
+
+def scene_hash(path: Path) -> str:
+    """A hash of a scene and of the files that it names."""
+    digest = hashlib.sha256()
+    for file in scene_files(path):
+        digest.update(hashlib.sha256(file.read_bytes()).digest())
+    return digest.hexdigest()
