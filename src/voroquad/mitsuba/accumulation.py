@@ -153,7 +153,7 @@ class Footprint:
         changes = (means.shape[-1] - 3 - taps * (1 + channels)) // (1 + taps)  # 3, or 0 without weights
         own, given = np.split(means, [3 + changes], axis=-1)
         given = given.reshape(*given.shape[:2], taps, -1)
-        half = checkerboard(*given.shape[:2], start=band.start)[..., None, None]
+        half = checkerboard(len(band), self.window[0], band.start)[..., None, None]
         plain, change = given[..., : 1 + channels], given[..., 1 + channels :]
         sums = [plain, *(change * (half == h) for h in (0, 1))] if changes else [plain]
         margin = ((self.reach, self.reach), (0, 0), (0, 0))
@@ -175,7 +175,7 @@ class Footprint:
         plain, change = np.split(self.crop(total), [channels], axis=-1)
         if change.shape[-1] == 0:
             change = np.zeros_like(plain[..., :3])
-        half = self.crop(checkerboard(*total.shape[:2]))[..., None]
+        half = checkerboard(*change.shape[:2])[..., None]
         return Pass(plain, np.stack([change * (half == h) for h in (0, 1)]), plain[..., :3], change)
 
     def _pass_of_filter(self, total: Floats, channels: int) -> Pass:

@@ -8,7 +8,7 @@ import os
 import threading
 import time
 import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable, Iterator
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -117,7 +117,7 @@ class Camera:
         """The number of units of an image."""
         return len(self._footprint.bands(self.integrator.granted(self.scene.sensors()[0], spp)))
 
-    def passes(self, series: Iterable[Series], advance: Advance) -> Iterator[tuple[Pass, float]]:
+    def passes(self, series: Iterable[Series], advance: Advance) -> Generator[tuple[Pass, float]]:
         """The images of series, and the seconds that their units took, in all."""
         coming: list[Series] = []
 

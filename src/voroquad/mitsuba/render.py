@@ -380,7 +380,6 @@ def render(
             write_rounds(loaded, integrator, rounds, out)
             end = plan.end(rounds, time.monotonic() - start, here)
             advance(_progress(rounds), 0, end and end * bands)
-        passes.close()
     image = rounds.image
     height, width = image.shape[:2]
     return {
