@@ -272,6 +272,9 @@ def compare(
     size: Size = None,
     seed: Seed = 0,
     seeds: Annotated[int, typer.Option(help="Images of each method and spp, to average the errors over.")] = 1,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
+    store: Store = None,
     as_json: AsJson = False,
 ) -> None:
     """Compare weighted sample sets with other samplers on a Mitsuba scene."""
@@ -281,17 +284,19 @@ def compare(
     from .mitsuba.render import parse_size
     from .report.page import write_report
 
-    results = run(
-        scene,
-        output,
-        domain=domain,
-        spp=whole_numbers("spp", spp),
-        methods=None if methods is None else [name.strip() for name in methods.split(",")],
-        size=parse_size(size),
-        seed=seed,
-        seeds=seeds,
-        jitter=jitter,
-    )
+    with _pool(scheduler, workers, store, output) as pool:
+        results = run(
+            scene,
+            output,
+            domain=domain,
+            spp=whole_numbers("spp", spp),
+            methods=None if methods is None else [name.strip() for name in methods.split(",")],
+            size=parse_size(size),
+            seed=seed,
+            seeds=seeds,
+            jitter=jitter,
+            pool=pool,
+        )
     page = write_report([output])
     if as_json:
         print(json.dumps(summary(results, output)))

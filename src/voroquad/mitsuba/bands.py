@@ -9,6 +9,7 @@ import threading
 import time
 import xml.etree.ElementTree as ElementTree
 from collections.abc import Generator, Iterable, Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
@@ -22,6 +23,7 @@ from .._checks import thread_count
 from ..tables import SampleTable, kept_table
 from ..units import Advance, Array, File, Pool, Series
 from .accumulation import Footprint, Pass
+from .rounds import Rounds
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,14 @@ class Shot:
     kind: str
     properties: dict[str, Any]
 
+    @property
+    def plugin(self) -> str:
+        """Tells its plug-in from others."""
+        return f"{self.kind} {sorted(self.properties.items())}"
+
     def loaded(self) -> tuple[mi.Scene, mi.Integrator]:
         """Scene and plug-in; the last ones stay in memory."""
-        from .render import load_scene, make_integrator, own_integrator
+        from .render import load_scene, make_integrator, motion_of, own_integrator
 
         if mi.variant() != self.variant:
             mi.set_variant(self.variant)
@@ -59,11 +66,11 @@ class Shot:
             _last.forget()
             _last.scenes[key] = load_scene(self.scene.path, self.size)
         scene = _last.scenes[key]
-        plugin = f"{self.kind} {sorted(self.properties.items())}"
-        if plugin not in _last.integrators:
+        if self.plugin not in _last.integrators:
             _last.integrators.clear()
-            _last.integrators[plugin] = make_integrator(self.kind, own_integrator(scene), **self.properties)
-        return scene, _last.integrators[plugin]
+            properties = self.properties | (motion_of(scene) if self.kind == "reweighted" else {})
+            _last.integrators[self.plugin] = make_integrator(self.kind, own_integrator(scene), **properties)
+        return scene, _last.integrators[self.plugin]
 
 
 class _Last:
@@ -72,20 +79,30 @@ class _Last:
     def __init__(self) -> None:
         self.scenes: dict[str, mi.Scene] = {}
         self.integrators: dict[str, mi.Integrator] = {}
+        self.compiled: set[str] = set()
         self.lock = threading.Lock()  # Mitsuba's current variant and Dr.Jit's state are those of a process
 
     def forget(self) -> None:
         """Drop both."""
         self.scenes.clear()
         self.integrators.clear()
+        self.compiled.clear()
 
 
 _last = _Last()
-forget = _last.forget
+
+
+@contextmanager
+def forgetting() -> Iterator[None]:
+    """Leave no scene in memory."""
+    try:
+        yield
+    finally:
+        _last.forget()
 
 
 class Camera:
-    """Makes series of units of images, and images of their values.
+    """Makes series of units of images by one plug-in, and images of the values of any.
 
     Parameters
     ----------
@@ -106,7 +123,7 @@ class Camera:
         """The units of an image; a table of another seed than the plug-in's, if it has tables."""
         table = None
         if self._shot.kind == "reweighted":
-            table = self._pool.share(_table, self.integrator.recipe(self.integrator.samples or spp, table_seed))
+            table = self._pool.share(table_of, self.integrator.recipe(self.integrator.samples or spp, table_seed))
         film = self.scene.sensors()[0].film()
         spp = self.integrator.granted(self.scene.sensors()[0], spp)
         shape = self._footprint.strip_shape(spp, self.integrator.channels(film), 3 * self.integrator.weighted)
@@ -116,6 +133,12 @@ class Camera:
     def bands(self, spp: int) -> int:
         """The number of units of an image."""
         return len(self._footprint.bands(self.integrator.granted(self.scene.sensors()[0], spp)))
+
+    def develop(self, done: Pass) -> Array:
+        """The image (height, width, channels) that a render in one round gives."""
+        rounds = Rounds(done.plain.shape, blend=self.integrator.blend)
+        rounds.add(done)
+        return np.array(self.integrator.develop(self.scene.sensors()[0].film(), rounds), dtype=np.float64)
 
     def passes(self, series: Iterable[Series], advance: Advance) -> Generator[tuple[Pass, float]]:
         """The images of series, and the seconds that their units took, in all."""
@@ -142,8 +165,8 @@ class Camera:
             yield self._footprint.whole(strips(), bands, self.integrator.channels(film)), seconds
 
 
-def _table(recipe: dict[str, Any]) -> SampleTable:
-    # One table of a kind is worth its place on disk
+def table_of(recipe: dict[str, Any]) -> SampleTable:
+    """The table of a recipe; one of a kind, that of seed 0, is worth its place on disk."""
     return kept_table(**recipe) if recipe["rng"] == 0 else SampleTable.make(**recipe)
 
 
@@ -155,10 +178,13 @@ def _band(shot: Shot, table: SampleTable | None, shape: tuple[int, ...], spp: in
         if "VOROQUAD_NUM_THREADS" in os.environ:
             dr.set_thread_count(thread_count(None))
         scene, integrator = shot.loaded()
-        start = time.perf_counter()
         if table is not None:
             integrator.take(table)
         with one_line_errors():
+            if shot.plugin not in _last.compiled:  # the first row of all, not to count the time that it takes
+                integrator.band_means(scene, scene.sensors()[0], seed, spp, range(1))
+                _last.compiled.add(shot.plugin)
+            start = time.perf_counter()
             strip = integrator.render_band(scene, scene.sensors()[0], seed, spp, k)
         seconds = time.perf_counter() - start
     value = np.zeros(1 + math.prod(shape))

@@ -5,24 +5,26 @@ from __future__ import annotations
 import csv
 import os
 import shlex
-import time
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
+import mitsuba as mi
 import numpy as np
 
+from .. import __version__
 from .._checks import positive_int
 from .._files import atomic_directory
 from .._progress import progress_bar
 from ..equal_error import equal_error_ratio
 from ..results import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
+from ..units import ONE_PROCESS, Advance, LocalFile, Pool
+from .bands import Camera, Shot, forgetting, scene_hash
 from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
 from .methods import SOBOL, UNIFORM, Method, Stage, methods_for
-from .render import Image, check_seed, load_scene, render_image, rgb, srgb, write_image
-
-Advance = Callable[[str, int], None]
+from .render import Image, check_seed, rgb, scene_path, srgb, use_variant, write_image
 
 REFERENCE_FACTOR = 16  # samples of the reference over the most samples of a method
 MAX_WAVEFRONT = 2**26  # rays of the reference in flight: about 1 GiB
@@ -54,6 +56,7 @@ class Reference:
     mse: float  # estimated from its two halves
 
 
+@forgetting()
 def compare(
     scene: str | os.PathLike[str],
     out: str | os.PathLike[str],
@@ -65,6 +68,7 @@ def compare(
     seed: int = 0,
     seeds: int = 1,
     jitter: bool = False,
+    pool: Pool = ONE_PROCESS,
     show_progress: bool = True,
 ) -> Results:
     """Render a scene by every method at equal samples per pixel and measure the errors.
@@ -91,6 +95,8 @@ def compare(
         Images of each method at each spp, from independent samples: errors are means over them.
     jitter : bool
         Sample the pixel's area? If false, every method, Mitsuba's own samplers too, samples the pixel's centre.
+    pool : Pool
+        What computes the units of work, such as :class:`voroquad.cluster.OnDask`; the images are the same bits.
     show_progress : bool
         A progress bar on standard error.
 
@@ -112,28 +118,34 @@ def compare(
     mean((A − B)²)/4, estimates its own mean squared error; it is in ``errors.csv``, beside MSE, relative MSE
     (mean of (image − reference)² / (reference² + 0.01)), ꟻLIP, seconds and the equal-error ratio: the samples per pixel
     with which ``uniform`` has the same MSE, over those of the image (:func:`voroquad.equal_error.equal_error_ratio`).
-    Seconds are without compilation, which an image of each method at the smallest spp sets off before. Mitsuba's own
-    samplers are compared at those spp that they make exactly; objects that move in slices have none of them.
+    Seconds are those of rendering an image, in all, whoever rendered, and without compilation. Mitsuba's own samplers
+    are compared at those spp that they make exactly; objects that move in slices have none of them.
     """
     check_seed(seed)
     spp, seeds = sorted({positive_int("spp", n) for n in spp}), positive_int("seeds", seeds)
-    stage = Stage(load_scene(scene, size, domain), domain, jitter)
+    use_variant(domain)
+    path = scene_path(scene).resolve()
+    shot = Shot(LocalFile(path), mi.variant(), size, "plain", {})
+    stage = Stage(shot.loaded()[0], domain, jitter)
     chosen = _chosen(methods_for(stage, spp), methods)
     for method in chosen:
         for n in spp:
             method.check(stage, n)
+    pool.begin({
+        "compare": scene_hash(path), "domain": domain, "spp": spp, "methods": methods, "size": size, "seed": seed, "seeds": seeds,
+        "jitter": jitter, "variant": mi.variant(), "versions": [__version__, mi.__version__],
+    })  # fmt: skip
+    studio = Studio(shot, stage, pool)
+    rounds = reference_rounds(stage, max(spp), seed)
+    images = [_Image(m, n, seed, k) for n in spp for m in chosen if m.makes(n) for k in range(seeds)]
 
-    total = REFERENCE_FACTOR * max(spp) + seeds * sum(n for n in spp for method in chosen if method.makes(n))
+    total = sum(studio.units(image) for image in (*rounds, *images))
     with progress_bar(total, show=show_progress) as advance, atomic_directory(out) as folder:
-        reference = make_reference(stage, max(spp), seed, advance)
-        for method in chosen:
-            advance(f"{method.label}, compiled", 0)
-            render_image(stage.scene, stage.integrator(method, seed=0), spp[0], seed=0)
+        developed = studio.developed([*rounds, *images], advance)
+        reference = make_reference(rounds, developed)
         measured = [
-            measure(stage, method, reference, n, seed, seeds, advance)
-            for n in spp
-            for method in chosen
-            if method.makes(n)
+            measure(of_one, reference, developed)
+            for of_one in (images[start : start + seeds] for start in range(0, len(images), seeds))
         ]
         command = _command(scene, out, domain, spp, methods, size, seed, seeds, jitter)
         title = f"{Path(scene).stem}: renderings compared"
@@ -151,55 +163,101 @@ def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
     return {"output": os.fspath(out), "command": results.command, "errors": rows}
 
 
-def _chosen(known: list[Method], names: Sequence[str] | None) -> list[Method]:
-    """The methods of those names, and the uniform sets that all are compared with."""
-    if names is None:
-        return known
-    if unknown := sorted(set(names) - {method.name for method in known}):
-        raise ValueError(f"methods: there is no {unknown[0]!r} here; choose from {', '.join(m.name for m in known)}")
-    return [method for method in known if method is UNIFORM or method.name in names]
+@dataclass(frozen=True)
+class _Image:
+    """What is rendered once, and the seeds of its samples."""
+
+    method: Method
+    spp: int
+    seed: int
+    number: int
+    of_reference: bool = False
+
+    @property
+    def name(self) -> str:
+        """Its name among all."""
+        return f"{'reference' if self.of_reference else self.method.name}-{self.spp}-{self.number}"
+
+    @property
+    def table_seed(self) -> int:
+        """Seed of the sets."""
+        return self._seed(1 if self.of_reference else 3)
+
+    @property
+    def render_seed(self) -> int:
+        """Seed of all else."""
+        return self._seed(2 if self.of_reference else 4)
+
+    def _seed(self, purpose: int) -> int:
+        if self.of_reference:
+            return _seed(self.seed, purpose, self.number)
+        return _seed(self.seed, purpose, self.spp, *([self.number] if self.number else []))
 
 
-def make_reference(stage: Stage, most: int, seed: int, advance: Advance) -> Reference:
-    """The mean of at least two rounds of Sobol' sets, as large as the wavefront allows."""
+class Studio:
+    """Renders images by many methods, in units of a pool."""
+
+    def __init__(self, shot: Shot, stage: Stage, pool: Pool) -> None:
+        self._shot = shot
+        self._stage = stage
+        self._pool = pool
+        self._cameras: dict[str, Camera] = {}
+
+    def units(self, image: _Image) -> int:
+        """The number of units of an image."""
+        return self._camera(image.method).bands(image.spp)
+
+    def developed(self, images: Sequence[_Image], advance: Advance) -> Iterator[tuple[Image, float]]:
+        """The images, one after the other, and the seconds that each took."""
+        series = (self._camera(i.method).series(i.name, i.spp, i.render_seed, i.table_seed) for i in images)
+        passes = self._camera(images[0].method).passes(series, advance)
+        for image, (done, seconds) in zip(images, passes, strict=True):
+            yield self._camera(image.method).develop(done), seconds
+
+    def _camera(self, method: Method) -> Camera:
+        if method.name not in self._cameras:
+            shot = replace(self._shot, kind=method.kind, properties=self._stage.properties(method))
+            self._cameras[method.name] = Camera(shot, self._pool)
+        return self._cameras[method.name]
+
+
+def reference_rounds(stage: Stage, most: int, seed: int) -> list[_Image]:
+    """At least two rounds of Sobol' sets, as large as the wavefront allows."""
     total = REFERENCE_FACTOR * most
     n = total // 2
     while n % 2 == 0 and n * int(np.prod(stage.scene.sensors()[0].film().crop_size())) > MAX_WAVEFRONT:
         n //= 2
-    rounds = total // n
+    return [_Image(SOBOL[0], n, seed, k, of_reference=True) for k in range(total // n)]
+
+
+def make_reference(rounds: Sequence[_Image], developed: Iterator[tuple[Image, float]]) -> Reference:
+    """The mean of the rounds, which come first."""
     halves: list[Any] = [0.0, 0.0]
-    for k in range(rounds):
-        integrator = stage.integrator(SOBOL[0], _seed(seed, 1, k))
-        halves[k % 2] += render_image(stage.scene, integrator, n, _seed(seed, 2, k))
-        advance(f"reference, round {k + 1} of {rounds}", n)
-    a, b = (half / (rounds // 2) for half in halves)
-    return Reference((a + b) / 2, total, rounds, float(np.mean((a - b)[..., :3] ** 2)) / 4)
+    for k, (image, _) in enumerate(islice(developed, len(rounds))):
+        halves[k % 2] += image
+    a, b = (half / (len(rounds) // 2) for half in halves)
+    mse = float(np.mean((a - b)[..., :3] ** 2)) / 4
+    return Reference((a + b) / 2, len(rounds) * rounds[0].spp, len(rounds), mse)
 
 
-def measure(
-    stage: Stage, method: Method, reference: Reference, spp: int, seed: int, seeds: int, advance: Advance
-) -> Measurement:
-    """Render by one method; the mean errors of the images against the reference."""
+def measure(images: Sequence[_Image], reference: Reference, developed: Iterator[tuple[Image, float]]) -> Measurement:
+    """The mean errors of images of one method, which come next, against the reference."""
+    method = images[0].method
     shown: list[tuple[Image, Image | None]] = []
     mse, relmse, flip, seconds = [], [], [], []
-    for k in range(seeds):
-        advance(f"{method.label}, {spp} spp", 0)
-        integrator = stage.integrator(method, _seed(seed, 3, spp, k) if k else _seed(seed, 3, spp))
-        start = time.perf_counter()
-        image = render_image(stage.scene, integrator, spp, _seed(seed, 4, spp, k) if k else _seed(seed, 4, spp))
-        seconds.append(time.perf_counter() - start)
+    for image, time in islice(developed, len(images)):
+        seconds.append(time)
         image, share = (image[..., :-1], image[..., -1]) if method.blends else (image, None)
         squared = (image - reference.image)[..., :3] ** 2
         mse.append(float(squared.mean()))
         relmse.append(float((squared / (reference.image[..., :3] ** 2 + RELATIVE_FLOOR)).mean()))
         flip.append(mean_flip(reference.image, image))
         shown.append((image, share))
-        advance(f"{method.label}, {spp} spp", spp)
-    error = float(np.std(mse, ddof=1) / np.sqrt(seeds)) if seeds > 1 else float("nan")
+    error = float(np.std(mse, ddof=1) / np.sqrt(len(images))) if len(images) > 1 else float("nan")
     means = {"mse": mse, "relmse": relmse, "flip": flip, "seconds": seconds}
     return Measurement(
         method,
-        spp,
+        images[0].spp,
         shown[0][0],
         mse_error=error,
         share=shown[0][1],

@@ -14,9 +14,10 @@ from mitsuba.python.ad.integrators.common import ADIntegrator, RBIntegrator
 
 from .._checks import one_of, positive_int
 from ..samplers import DESIGNS, sample
-from ..tables import SampleTable, kept_table
+from ..tables import SampleTable
 from ..weights import find_rule
 from .accumulation import Floats, Footprint, Pass, pixel_means
+from .bands import table_of
 from .blend import TILE
 from .domains import CameraSample, Domain, Joint, find_domain
 from .lights import FirstHit
@@ -550,11 +551,6 @@ class Reweighted(Plain):
             f"{type(self).__name__}[domain = {self.domain.name}, weighted = {self.weighted}, blend = {self.blend}, "
             f"{self._recipe}, nested = {self.nested}]"
         )
-
-
-def table_of(recipe: dict[str, Any]) -> SampleTable:
-    """The table of a recipe; one of a kind, that of seed 0, is worth its place on disk."""
-    return kept_table(**recipe) if recipe["rng"] == 0 else SampleTable.make(**recipe)
 
 
 def band_seed(seed: int, number: int) -> int:

@@ -23,13 +23,17 @@ class Stage:
     domain: str
     jitter: bool
 
-    def integrator(self, method: Method, seed: int) -> mi.Integrator:
-        """The plug-in of a method around the scene's own integrator."""
+    def properties(self, method: Method) -> dict[str, Any]:
+        """The properties of a method's plug-in."""
         own: dict[str, Any] = {"jitter": self.jitter}
         if method.kind == "reweighted":
-            own |= {"domain": method.domain(self.domain), "table_seed": seed} | motion_of(self.scene)
-            own |= {"aovs": "lambda"} if method.blends else {}
-        return make_integrator(method.kind, own_integrator(self.scene), **own, **method.properties)
+            own |= {"domain": method.domain(self.domain)} | ({"aovs": "lambda"} if method.blends else {})
+        return own | method.properties
+
+    def integrator(self, method: Method) -> mi.Integrator:
+        """The plug-in of a method around the scene's own integrator."""
+        moving = motion_of(self.scene) if method.kind == "reweighted" else {}
+        return make_integrator(method.kind, own_integrator(self.scene), **self.properties(method), **moving)
 
 
 @dataclass(frozen=True)
@@ -54,7 +58,7 @@ class Method:
 
     def check(self, stage: Stage, spp: int) -> None:
         """ValueError if the scene lacks the domain, or the sampler cannot make sets of this size."""
-        integrator = stage.integrator(self, seed=0)
+        integrator = stage.integrator(self)
         if self.kind == "reweighted":
             integrator.check(stage.scene, stage.scene.sensors()[0])
             sample(self.properties["sampler"], spp, integrator.domain.dimension, rng=0)

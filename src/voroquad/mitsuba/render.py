@@ -22,7 +22,7 @@ from .._checks import one_of, positive_int
 from .._files import atomic_path
 from .._progress import progress_bar
 from ..units import ONE_PROCESS, LocalFile, Pool
-from .bands import Camera, Shot, scene_hash
+from .bands import Camera, Shot, forgetting, scene_hash
 from .rounds import Rounds
 
 SCENES = Path(__file__).parent / "scenes"
@@ -276,6 +276,7 @@ def write_rounds(scene: mi.Scene, integrator: mi.Integrator, rounds: Rounds, out
         mi.Bitmap(pixels, mi.Bitmap.PixelFormat.MultiChannel, channel_names=own).write(str(temporary))
 
 
+@forgetting()
 def render(
     scene: str | os.PathLike[str],
     out: str | os.PathLike[str],
