@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import csv
 
+import pytest
+
 from voroquad.cluster import OnDask
 from voroquad.mitsuba.compare import compare
 
 
+@pytest.mark.slow
 def test_a_comparison_has_the_same_bits(client, tmp_path):
     options = {"spp": [4, 16], "size": (24, 20), "seed": 3, "show_progress": False}
     compare("depth-of-field", tmp_path / "here", **options)

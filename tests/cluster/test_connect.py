@@ -1,0 +1,122 @@
+"""The commands on real processes: workers of this machine, and a scheduler and workers as a user starts them."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+import psutil
+import pytest
+
+from voroquad.cluster import connected
+
+STUDY = ["--replicates", "20", "--max-n", "32", "--seed", "4"]
+ENVIRONMENT = os.environ | {"VOROQUAD_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
+
+
+def command(*arguments: object) -> list[str]:
+    return [sys.executable, "-c", "from voroquad.cli import main; main()", *map(str, arguments)]
+
+
+def run(*arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(command(*arguments), capture_output=True, text=True, timeout=500, env=ENVIRONMENT)
+
+
+@contextmanager
+def started(*arguments: object, **options: object) -> Iterator[subprocess.Popen[str]]:
+    """A process that is ended, and its children too."""
+    process = subprocess.Popen(
+        [str(a) for a in arguments], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True, **options
+    )
+    try:
+        yield process
+    finally:
+        if process.poll() is None:
+            family = psutil.Process(process.pid).children(recursive=True)
+            process.terminate()
+            process.wait(30)
+            for child in family:
+                if child.is_running():
+                    child.kill()
+
+
+def listening(processes: list[psutil.Process]) -> set[str]:
+    """Addresses that processes listen on."""
+    return {
+        connection.laddr.ip
+        for process in processes
+        for connection in process.net_connections(kind="inet")
+        if connection.status == psutil.CONN_LISTEN
+    }
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ((None, 0), "workers must be a whole number of at least 1, got 0"),
+        (("tcp://127.0.0.1:1", 2), "scheduler and workers exclude each other"),
+        (("nonsense://x", None), "nonsense"),
+    ],
+)
+def test_a_users_mistake_is_told(tmp_path, arguments, message):
+    with pytest.raises(ValueError, match=message), connected(*arguments, None, tmp_path / "out"):
+        pass
+
+
+def test_no_scheduler_is_told_in_one_line(tmp_path):
+    done = run("study", "-o", tmp_path / "out", *STUDY, "--scheduler", "tcp://127.0.0.1:1")
+    assert done.returncode == 2
+    assert "no scheduler answers at tcp://127.0.0.1:1" in done.stderr
+    assert done.stderr.count("\n") == 1
+    assert not list(tmp_path.iterdir())
+
+
+def test_a_store_in_one_process_keeps_units(tmp_path):
+    with connected(None, None, str(tmp_path / "store"), tmp_path / "out") as pool:
+        pool.begin({"seed": 1})
+    assert (tmp_path / "store").is_dir()
+
+
+@pytest.mark.slow
+def test_workers_listen_on_this_machine_only_and_end_with_ctrl_c(tmp_path):
+    """Then the same command goes on from what is kept, and ends with the bits of one process."""
+    study = ["study", "-o", tmp_path / "out", "--replicates", "20000", "--max-n", "64"]
+    with started(*command(*study, "--workers", 2), env=ENVIRONMENT) as process:
+        store = tmp_path / "out.units"
+        _wait(lambda: len(list(store.glob("*/c/*"))) >= 8, 300)
+        family = psutil.Process(process.pid).children(recursive=True)
+        assert listening([psutil.Process(process.pid), *family]) == {"127.0.0.1"}
+        process.send_signal(signal.SIGINT)
+        said, _ = process.communicate(timeout=60)
+    assert process.returncode == 130
+    assert "dashboard http://127.0.0.1:" in said
+    assert "Traceback" not in said
+    _wait(lambda: not any(child.is_running() for child in family), 30)
+    assert not (tmp_path / "out").exists()
+    kept = {p: p.stat().st_mtime_ns for p in store.glob("*/c/*/*/*/*/*")}
+    assert len(kept) >= 8
+    done = run(*study, "--store", store)
+    assert done.returncode == 0, done.stderr
+    assert {p: p.stat().st_mtime_ns for p in kept} == kept
+    resumed = _results(tmp_path / "out")
+    assert run(*study).returncode == 0
+    assert _results(tmp_path / "out") == resumed
+
+
+def _wait(happened, seconds):
+    deadline = time.monotonic() + seconds
+    while not happened():
+        assert time.monotonic() < deadline
+        time.sleep(0.2)
+
+
+def _results(folder: Path) -> dict[str, bytes]:
+    return {p.name: p.read_bytes() for p in folder.iterdir() if p.suffix in (".csv", ".json", ".png")}
