@@ -132,8 +132,8 @@ def compare(
         for n in spp:
             method.check(stage, n)
     pool.begin({
-        "compare": scene_hash(path), "domain": domain, "spp": spp, "methods": methods, "size": size, "seed": seed, "seeds": seeds,
-        "jitter": jitter, "variant": mi.variant(), "versions": [__version__, mi.__version__],
+        "compare": scene_hash(path), "domain": domain, "spp": spp, "methods": methods, "size": size, "seed": seed,
+        "seeds": seeds, "jitter": jitter, "variant": mi.variant(), "versions": [__version__, mi.__version__],
     })  # fmt: skip
     studio = Studio(shot, stage, pool)
     rounds = reference_rounds(stage, max(spp), seed)
@@ -161,6 +161,15 @@ def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
             {k: v if k == "method" else float(v) if v else None for k, v in row.items()} for row in csv.DictReader(file)
         ]
     return {"output": os.fspath(out), "command": results.command, "errors": rows}
+
+
+def _chosen(known: list[Method], names: Sequence[str] | None) -> list[Method]:
+    """The methods of those names, and the uniform sets that all are compared with."""
+    if names is None:
+        return known
+    if unknown := sorted(set(names) - {method.name for method in known}):
+        raise ValueError(f"methods: there is no {unknown[0]!r} here; choose from {', '.join(m.name for m in known)}")
+    return [method for method in known if method is UNIFORM or method.name in names]
 
 
 @dataclass(frozen=True)
