@@ -1,17 +1,24 @@
-"""What `reweighted` costs: its render time over that of the nested integrator, in interleaved pairs.
+"""What `reweighted` costs: its render time and memory over those of the nested integrator, in interleaved pairs.
 
-    python benchmarks/render_overhead.py [--pairs 21] [--size 320x240] [--spp 64]
+    python benchmarks/render_overhead.py [--pairs 21] [--size 320x240] [--spp 64] [--scenes moving-camera,room]
 
-Both render the scene depth-of-field with the same sampler and jitter; the table is made and the kernels are compiled
-by two warm-up renders before the clock starts. Writes benchmarks/results/render_overhead.csv: a line per pair, and
-prints the median ratio with the interval between the order statistics that cover it with at least 95 %.
+For each domain a scene; both integrators render it with the same sampler and jitter. The table is made and the kernels
+are compiled by two warm-up renders before the clock starts. Writes benchmarks/results/render_overhead.csv, a line per
+pair with seconds by the clock and of the processor, and benchmarks/results/render_memory.csv: the most memory of a new
+process that renders once by the one or by the other. Prints for each domain the median ratios with the interval
+between the order statistics that cover them with at least 95 %. Objects that move in slices are not among the scenes:
+Mitsuba has no integrator to compare them with.
 """
 
 from __future__ import annotations
 
 import argparse
 import csv
+import gc
+import multiprocessing
+import resource
 import time
+from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import drjit as dr
@@ -19,18 +26,38 @@ import mitsuba as mi
 import numpy as np
 from scipy import stats
 
-from voroquad.mitsuba.render import load_scene, make_integrator, own_integrator, parse_size
+from voroquad.mitsuba.render import (
+    SPECTRAL_VARIANT,
+    VARIANT,
+    load_scene,
+    make_integrator,
+    own_integrator,
+    parse_size,
+)
 
-RESULT = Path(__file__).parent / "results" / "render_overhead.csv"
+RESULTS = Path(__file__).parent / "results"
+SCENES = {
+    "depth-of-field": "lens",
+    "moving-camera": "time",
+    "spectral": "wavelength",
+    "large-light": "light",
+    "sky": "light",
+    "room": "lens",
+    "passage": "pixel+time",
+}
+TIMES = "scene,domain,pair,nested_seconds,reweighted_seconds,nested_cpu,reweighted_cpu"
+MEMORY = "scene,domain,nested_megabytes,reweighted_megabytes,ratio"
+
+Lines = list[list[object]]
 
 
-def seconds(scene: mi.Scene, integrator: mi.Integrator, spp: int, seed: int) -> float:
-    """Wall-clock time of one render, kernels finished."""
+def cost(scene: mi.Scene, integrator: mi.Integrator, spp: int, seed: int) -> tuple[float, float]:
+    """Seconds by the clock and of the processor of one render with its kernels finished."""
     dr.sync_thread()
-    start = time.perf_counter()
+    start, start_cpu = time.perf_counter(), time.process_time()
     dr.eval(mi.render(scene, integrator=integrator, spp=spp, seed=seed))
     dr.sync_thread()
-    return time.perf_counter() - start
+    return time.perf_counter() - start, time.process_time() - start_cpu
 
 
 def median_interval(ratios: np.ndarray, level: float = 0.95) -> tuple[float, float]:
@@ -40,36 +67,76 @@ def median_interval(ratios: np.ndarray, level: float = 0.95) -> tuple[float, flo
     return float(ordered[max(k - 1, 0)]), float(ordered[min(len(ratios) - k, len(ratios) - 1)])
 
 
+def staged(name: str, size: str) -> tuple[mi.Scene, list[mi.Integrator]]:
+    """A scene, and the integrators: its own, and that inside `reweighted`."""
+    domain = SCENES[name]
+    mi.set_variant(SPECTRAL_VARIANT if domain == "wavelength" else VARIANT)
+    scene = load_scene(name, parse_size(size), domain)
+    nested = own_integrator(scene)
+    return scene, [nested, make_integrator("reweighted", nested, domain=domain)]
+
+
+def time_pairs(name: str, options: argparse.Namespace) -> Lines:
+    """The lines of a scene."""
+    scene, both = staged(name, options.size)
+    for warm_up in range(2):
+        for integrator in both:
+            cost(scene, integrator, options.spp, warm_up)
+    lines: Lines = []
+    for pair in range(options.pairs):
+        measured = {k: cost(scene, both[k], options.spp, 2 + pair) for k in ((0, 1) if pair % 2 == 0 else (1, 0))}
+        seconds, cpu = zip(measured[0], measured[1], strict=True)
+        lines.append([name, SCENES[name], pair, *(f"{t:.4f}" for t in (*seconds, *cpu))])
+    return lines
+
+
+def megabytes(name: str, which: int, size: str, spp: int) -> float:
+    """The most memory that this process has held after one render."""
+    scene, both = staged(name, size)
+    cost(scene, both[which], spp, 0)
+    return resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024
+
+
+def memory(name: str, options: argparse.Namespace) -> list[object]:
+    """The line of a scene: new processes, one for each integrator."""
+    new = multiprocessing.get_context("spawn")
+    with ProcessPoolExecutor(1, mp_context=new, max_tasks_per_child=1) as pool:
+        nested, ours = (pool.submit(megabytes, name, k, options.size, options.spp).result() for k in (0, 1))
+    return [name, SCENES[name], f"{nested:.1f}", f"{ours:.1f}", f"{ours / nested:.4f}"]
+
+
+def write(name: str, columns: str, lines: Lines) -> None:
+    """Write a CSV."""
+    RESULTS.mkdir(exist_ok=True)
+    with (RESULTS / name).open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns.split(","))
+        writer.writerows(lines)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--pairs", type=int, default=21)
     parser.add_argument("--size", default="320x240")
     parser.add_argument("--spp", type=int, default=64)
+    parser.add_argument("--scenes", default=",".join(SCENES), help="some of them, separated by commas")
     options = parser.parse_args()
 
-    scene = load_scene("depth-of-field", parse_size(options.size))
-    nested = own_integrator(scene)
-    reweighted = make_integrator("reweighted", nested)
-    for warm_up in range(2):
-        for integrator in (nested, reweighted):
-            seconds(scene, integrator, options.spp, warm_up)
-
-    times = []
-    for pair in range(options.pairs):
-        both = [nested, reweighted]
-        measured = {}
-        for k in (0, 1) if pair % 2 == 0 else (1, 0):
-            measured[k] = seconds(scene, both[k], options.spp, 2 + pair)
-        times.append((measured[0], measured[1]))
-    RESULT.parent.mkdir(exist_ok=True)
-    with RESULT.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(["pair", "nested_seconds", "reweighted_seconds", "ratio"])
-        writer.writerows([k, f"{a:.4f}", f"{b:.4f}", f"{b / a:.4f}"] for k, (a, b) in enumerate(times))
-    ratios = np.array([b / a for a, b in times])
-    low, high = median_interval(ratios)
-    print(f"{options.pairs} pairs at {options.size}, {options.spp} spp: median ratio {np.median(ratios):.4f}, "
-          f"95 % interval {low:.4f} to {high:.4f}")  # fmt: skip
+    times: Lines = []
+    memories: Lines = []
+    for name in options.scenes.split(","):
+        memories.append(memory(name, options))
+        own = time_pairs(name, options)
+        gc.collect()  # a scene that exists slows every later render
+        times += own
+        text = f"{name} ({SCENES[name]}): memory {memories[-1][-1]}"
+        for what, below, above in (("time", 3, 4), ("processor time", 5, 6)):
+            ratios = np.array([float(str(line[above])) / float(str(line[below])) for line in own])
+            low, high = median_interval(ratios)
+            text += f"; {what} {np.median(ratios):.4f}, {low:.4f} to {high:.4f}"
+        print(text, flush=True)
+    write("render_overhead.csv", TIMES, times)
+    write("render_memory.csv", MEMORY, memories)
 
 
 if __name__ == "__main__":
