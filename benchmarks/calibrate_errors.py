@@ -1,4 +1,4 @@
-"""Calibrate the error bar of one stratified set: what (Σ (|S_i| r_i)²)^½ must be multiplied by.
+"""Calibrate the error bar of one multi-jittered set: what (Σ (|S_i| r_i)²)^½ must be multiplied by.
 
 For every default order of :func:`voroquad.quad` and grids of several sizes, draw many sets, integrate
 random members of the eight families, and find the least factor with which ±1.96 standard errors cover
@@ -32,7 +32,7 @@ RESULTS = Path(__file__).parent / "results" / "error_scale.csv"
 
 def errors_in_bars(d: int, n: int) -> tuple[int, tuple[int, ...], np.ndarray]:
     """|Î − I| over the uncalibrated error bar (families, instances · sets)."""
-    samples = sample("stratified", n, d, sets=SETS, rng=n)
+    samples = sample("multi-jittered", n, d, sets=SETS, rng=n)
     assert samples.strata is not None
     functions = list(instances(d, INSTANCES, rng=[d, n]))
     values = np.stack([f(samples.points.reshape(-1, d).T).reshape(SETS, n) for f in functions], axis=1)
@@ -72,7 +72,7 @@ def main() -> None:
             ["d", "strata", "order", *FAMILIES, "mean coverage at factor 1", "factor", "factor of the order"]
         )
         table.writerows([*row, largest[row[0], row[2]]] for row in rows)
-    print({key: largest[key] for key in sorted(largest)})
+    print({key: largest[key] for key in sorted(largest, key=str)})
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ void bind_cells(nanobind::module_ &m);
 void bind_bias(nanobind::module_ &m);
 void bind_boundary_control(nanobind::module_ &m);
 void bind_local_fit(nanobind::module_ &m);
+void bind_kriging(nanobind::module_ &m);
 
 // The levels of x86-64 that this processor has, the best first, by the names of the modules
 static nanobind::list processor_levels() {
@@ -30,4 +31,5 @@ VOROQUAD_BIND(VOROQUAD_MODULE, m) {
     bind_bias(m);
     bind_boundary_control(m);
     bind_local_fit(m);
+    bind_kriging(m);
 }

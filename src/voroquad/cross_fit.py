@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
-from . import _core
+from . import _core, kriging_rules
 from .samplers import SampleSet
 
 Array = NDArray[np.float64]
@@ -17,27 +17,23 @@ Array = NDArray[np.float64]
 SAMPLES_PER_TERM = 2.4
 
 
-#: Fewest points of all replicates together from which :func:`default_order` fits, by dimension.
-WORTHWHILE = {1: 16, 2: 32, 3: 128, 4: 512, 5: 1024, 6: 4096}
-
-
-def default_order(n: int, d: int) -> int | None:
+def default_order(n: int, d: int) -> int | str:
     """The order that :func:`voroquad.quad` takes for replicates of n points in all.
 
-    2 where so many points gain from it (:data:`WORTHWHILE`); else None, the plain mean.
+    Kriging; in up to four dimensions order 2 where it could use but a part of so many points.
     """
-    return 2 if n >= WORTHWHILE.get(d, math.inf) else None
+    return 2 if n > kriging_rules.MOST and d <= 4 else "kriging"
 
 
-def fit_replicates(points: Array, order: int, threads: int) -> Array:
+def fit_replicates(points: Array, order: int | str, threads: int) -> Array:
     """What the values of each replicate count in the estimate of each replicate.
 
     Parameters
     ----------
     points : ndarray, (sets, n, d)
         Independent replicates, two or more, each of whose points is uniform in the unit box.
-    order : int
-        Order of the local fits; lowered where the other replicates hold too few points.
+    order : int or "kriging"
+        Order of local fits, lowered where the other replicates hold too few points; or kriging.
     threads : int
         Number of threads; the result does not depend on it.
 
@@ -52,10 +48,12 @@ def fit_replicates(points: Array, order: int, threads: int) -> Array:
 
         Î_r = ∫ f̂_(r) + (1/n) Σ_i [ f(x_ri) − f̂_(r)(x_ri) ].
 
-    f̂_(r) is independent of replicate r, hence no bias (docs/theory.md, (17)). Here f̂_(r) is a
-    polynomial in each of about as many equal boxes as it has samples, fitted to those nearest to the
+    f̂_(r) is independent of replicate r, hence no bias (docs/theory.md, (17)). Where it is not by
+    kriging, it is a polynomial in each of about as many equal boxes as it has samples, fitted to those nearest to the
     box's centre; so ∫ f̂_(r) is exact.
     """
+    if isinstance(order, str):
+        return kriging_rules.krige_replicates(points, threads)
     sets, n, d = points.shape
     m = (sets - 1) * n
     order = next((p for p in range(order, 0, -1) if m > math.comb(p + d, d) * SAMPLES_PER_TERM), 0)
@@ -88,6 +86,6 @@ def fit_replicates(points: Array, order: int, threads: int) -> Array:
     return weights
 
 
-def weigh_replicates(samples: SampleSet, order: int, threads: int) -> Array:
+def weigh_replicates(samples: SampleSet, order: int | str, threads: int) -> Array:
     """Weights (sets, n); the mean over the sets of Σ_i w f is the mean of the Î_r."""
     return fit_replicates(samples.points, order, threads).sum(axis=0)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from . import _core, multi_jittered
+from . import _core, kriging_rules, multi_jittered
 from .samplers import SampleSet, stratum_index
 
 Array = NDArray[np.float64]
@@ -20,30 +20,33 @@ HIGHEST_ORDER = {1: 8, 2: 8, 3: 8} | dict.fromkeys(range(4, 9), 3)
 #: Fewest samples of a fit per polynomial term: with less, even on a small grid, the order is lowered.
 FEWEST_PER_TERM = 1.5
 
-#: Default order by dimension: the first entry whose least number of strata along an axis is reached.
+#: Default order on a line and in the plane: the first entry whose least number of strata along an axis is
+#: reached. Coarser grids of the plane, and more dimensions, are left to kriging.
 DEFAULT_ORDERS = {
-    1: ((96, 8), (48, 6), (16, 4), (8, 2), (4, 1)),
-    2: ((32, 8), (20, 6), (10, 5), (7, 3), (3, 1)),
-    3: ((8, 5), (6, 4), (4, 2), (3, 1)),
-    4: ((4, 3), (3, 1)),
+    1: ((96, 8), (48, 6), (16, 4), (8, 2), (4, 1), (1, 0)),
+    2: ((32, 8), (16, 6)),
 }
 
 
 #: What (Σ (|S_i| r_i)²)^½ is multiplied by to give the standard error, by dimension and default order:
 #: benchmarks/calibrate_errors.py found them, last column of benchmarks/results/error_scale.csv.
 ERROR_SCALE = {
-    (1, 2): 0.49, (1, 4): 0.51, (1, 6): 0.67, (1, 8): 0.92,
-    (2, 1): 1.02, (2, 3): 0.86, (2, 5): 1.08, (2, 6): 0.97, (2, 8): 0.92,
-    (3, 1): 1.84, (3, 2): 0.99, (3, 4): 0.98, (3, 5): 1.13,
-    (4, 1): 1.27, (4, 3): 0.99,
+    (1, 1): 1.38, (1, 2): 0.51, (1, 4): 0.52, (1, 6): 0.75, (1, 8): 1.15,
+    (2, "kriging"): 1.1, (2, 6): 1.11, (2, 8): 1.13,
+    (3, "kriging"): 1.0,
+    (4, "kriging"): 1.1,
 }  # fmt: skip
 
 
 def check_order(order: object, d: int) -> None:
     """Raise ValueError for an order that no rule has in d dimensions."""
     highest = HIGHEST_ORDER.get(d, 0)
+    if order == "kriging" and highest > 0:
+        return
     if not isinstance(order, int) or isinstance(order, bool) or not 0 <= order <= highest:
-        raise ValueError(f"order must be a whole number from 0 to {highest} for d = {d}, or 'auto', got {order!r}")
+        raise ValueError(
+            f"order must be a whole number from 0 to {highest} for d = {d}, 'kriging' or 'auto', got {order!r}"
+        )
 
 
 @dataclass(frozen=True)
@@ -86,7 +89,7 @@ def _samples_per_term(order: int, d: int) -> float:
     return 2.4 if d == 1 else 2.2
 
 
-def default_order(strata: tuple[int, ...]) -> int:
+def default_order(strata: tuple[int, ...]) -> int | str:
     """The order that :func:`voroquad.quad` takes for one sample in each stratum of a grid.
 
     It depends on the dimension and on the least number of strata along an axis
@@ -95,24 +98,25 @@ def default_order(strata: tuple[int, ...]) -> int:
     for least, order in DEFAULT_ORDERS.get(len(strata), ()):
         if min(strata) >= least:
             return order
-    return 0
+    return "kriging" if kriging_rules.covers(strata) else 1
 
 
-def error_scale(order: int, strata: tuple[int, ...]) -> float:
+def error_scale(order: int | str, strata: tuple[int, ...]) -> float:
     """The factor between (Σ (|S_i| r_i)²)^½ and the standard error of a set (:data:`ERROR_SCALE`)."""
     d = len(strata)
     calibrated = [scale for (dimension, _), scale in ERROR_SCALE.items() if dimension == min(d, 4)]
-    return ERROR_SCALE.get((d, stencil(order, strata).order), max(calibrated))
+    fitted = order if isinstance(order, str) else stencil(order, strata).order
+    return ERROR_SCALE.get((d, fitted), max(calibrated))
 
 
-def fit_strata(samples: SampleSet, order: int, threads: int, values: Array | None = None) -> tuple[Array, Array]:
+def fit_strata(samples: SampleSet, order: int | str, threads: int, values: Array | None = None) -> tuple[Array, Array]:
     """Leave-one-out with one sample per stratum.
 
     Parameters
     ----------
     samples : SampleSet
         Stratified or multi-jittered: (n, d) or (sets, n, d).
-    order : int
+    order : int or "kriging"
         Order of the fits.
     threads : int
         Number of threads; the result does not depend on it.
@@ -128,8 +132,8 @@ def fit_strata(samples: SampleSet, order: int, threads: int, values: Array | Non
 
     Notes
     -----
-    P_i is the polynomial of total degree `order` fitted by least squares to the samples of the block
-    of strata around S_i, without x_i, and
+    P_i is the polynomial of total degree `order` fitted by least squares to the samples of the block of
+    strata around S_i without x_i, or the prediction by kriging, and
 
         Î = Σ_i [ ∫_{S_i} P_i + |S_i| (f(x_i) − P_i(x_i)) ].
 
@@ -142,22 +146,25 @@ def fit_strata(samples: SampleSet, order: int, threads: int, values: Array | Non
     sets, n, _ = points.shape
     if values is None:
         values = np.empty((sets, 0, n))
-    block = stencil(order, samples.strata)
+    period = multi_jittered.period(samples.d) if samples.design == "multi-jittered" else 0
     index = stratum_index(points, samples.strata)
     shuffled = bool((index != np.arange(n)).any())
     order_of = np.argsort(index, axis=-1)
     if shuffled:
         points = np.take_along_axis(points, order_of[..., None], axis=1)
         values = np.take_along_axis(values, order_of[:, None], axis=2)
-    weights, residuals, _ = _core.leave_one_out_strata(
-        np.ascontiguousarray(points),
-        samples.strata,
-        block.width,
-        multi_jittered.period(samples.d) if samples.design == "multi-jittered" else 0,
-        block.order,
-        np.ascontiguousarray(values),
-        threads,
-    )
+    points, values = np.ascontiguousarray(points), np.ascontiguousarray(values)
+    if isinstance(order, str):
+        by_set = [
+            kriging_rules.krige_strata(x, samples.strata, period, v, threads)
+            for x, v in zip(points, values, strict=True)
+        ]
+        weights, residuals = (np.stack(part) for part in zip(*by_set, strict=True))
+    else:
+        block = stencil(order, samples.strata)
+        weights, residuals, _ = _core.leave_one_out_strata(
+            points, samples.strata, block.width, period, block.order, values, threads
+        )
     if shuffled:
         back = np.argsort(order_of, axis=-1)
         weights = np.take_along_axis(weights, back, axis=-1)
@@ -165,7 +172,14 @@ def fit_strata(samples: SampleSet, order: int, threads: int, values: Array | Non
     return weights, residuals
 
 
-def weigh_strata(samples: SampleSet, order: int, threads: int) -> Array:
+def weigh_strata(samples: SampleSet, order: int | str, threads: int) -> Array:
     """The weights (n,) or (sets, n) of :func:`fit_strata`."""
     weights, _ = fit_strata(samples, order, threads)
     return weights if samples.points.ndim == 3 else weights[0]
+
+
+def weigh_independent(samples: SampleSet, order: str, threads: int) -> Array:
+    """Weights (n,) or (sets, n) of independent uniform samples by kriging."""
+    sets = np.reshape(samples.points, (-1, samples.n, samples.d))
+    weights = np.stack([kriging_rules.krige_independent(points, threads) for points in sets])
+    return weights.reshape(samples.points.shape[:-1])

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from . import cross_fit
+from . import cross_fit, kriging_rules
 from ._checks import one_of, positive_int, thread_count
 from .integrand import Integrand, IntegrationWarning
 from .leave_one_out import check_order, default_order, error_scale, fit_strata
@@ -133,9 +133,10 @@ def quad(
         Number of independent sets; the result is their mean, its error comes from their spread.
     sampler : str or callable
         As :func:`voroquad.sample` has them. "auto" is "multi-jittered" for d ≤ 4 and "sobol" above.
-    order : int or "auto"
-        Order of the rule. "auto" is a fixed function of the dimension and the number of points
-        (:func:`voroquad.leave_one_out.default_order`).
+    order : int, "kriging" or "auto"
+        Order of the rule. "auto" is a fixed function of the dimension and the number of points:
+        :func:`voroquad.leave_one_out.default_order` for stratified and multi-jittered sets,
+        :func:`voroquad.cross_fit.default_order` for others.
     debias : str
         As in :func:`voroquad.weights`.
     rng : int, numpy.random.Generator or None
@@ -174,11 +175,11 @@ def quad(
 
         Î = Σ_i [ ∫_{S_i} P_i + \\|S_i\\| (f(x_i) − P_i(x_i)) ],
 
-    where P_i is a polynomial fitted to the samples around S_i without x_i. This is unbiased for every
-    integrand, exact for polynomials up to the order, and its mean squared error falls as
-    N^(−1−2(p+1)/d) for smooth ones. The error is read off the corrections of one set,
-    (Σ_i (\\|S_i\\| (f(x_i) − P_i(x_i)))²)^½ times a factor for the order and dimension that
-    ``benchmarks/calibrate_errors.py`` found.
+    where P_i is predicted from samples that x_i does not depend on: a polynomial fitted to those around
+    S_i or, by default from three dimensions on, kriging. This is unbiased for every integrand, exact for
+    polynomials up to the order (2 for kriging), and its mean squared error falls as N^(−1−2(p+1)/d) for
+    smooth ones. The error is read off the corrections of one set, (Σ_i (\\|S_i\\| (f(x_i) − P_i(x_i)))²)^½
+    times a factor for the order and dimension that ``benchmarks/calibrate_errors.py`` found.
 
     Examples
     --------
@@ -240,7 +241,12 @@ def _stratified(
 ) -> Estimate:
     """Leave-one-out on `sets` sets of one sample per stratum."""
     strata = largest_grid(n_points, integrand.d)
-    p = default_order(strata) if order == "auto" else int(order)
+    p = default_order(strata) if order == "auto" else order
+    if p == "kriging" and not kriging_rules.covers(strata):
+        raise ValueError(
+            f"n_points: kriging takes at most {kriging_rules.MOST} strata in d = {integrand.d}, got "
+            f"{math.prod(strata)}; take fewer, or order=1"
+        )
     samples = sample(sampler, math.prod(strata), integrand.d, sets=sets, rng=rng)
     values = _values(integrand, samples.points)
     w, residuals = fit_strata(samples, p, threads, values)
@@ -266,22 +272,22 @@ def _replicates(
 ) -> Estimate:
     """Any rule of :func:`voroquad.weights` on independent sets; one estimate is split into four.
 
-    With nothing asked for: cross-fit where there are points enough for it to pay, else the plain mean.
+    With nothing asked for: cross-fit, or the plain mean of a single replicate.
     """
     if sets == 1 and n_points >= 2 * REPLICATES:
         sets, n_points = REPLICATES, n_points // REPLICATES
     samples = sample(sampler, n_points, integrand.d, sets=sets, rng=rng)
     fits = sets > 1 and debias in ("auto", "cross-fit") and samples.design in RANDOMISED
-    p = order if order != "auto" else cross_fit.default_order(sets * n_points, samples.d) if fits else None
+    p = order if order != "auto" else cross_fit.default_order(sets * n_points, samples.d) if fits else 0
     if fits and p:
-        shares = cross_fit.fit_replicates(samples.points, int(p), threads)
+        shares = cross_fit.fit_replicates(samples.points, p, threads)
         means = np.einsum("rsn,sfn->rf", shares, _values(integrand, samples.points))
     else:
         plain = order == "auto" and debias == "auto"
         w = (
             np.full((sets, n_points), 1 / n_points)
             if plain
-            else weights(samples, order=int(p or 0), debias=debias, threads=threads)
+            else weights(samples, order=p, debias=debias, threads=threads)
         )
         means = np.einsum("sn,sfn->sf", w, _values(integrand, samples.points))
     return _across_sets(means, n_points)

@@ -35,7 +35,7 @@ class SampleTable:
         Weights w of the estimates Σ_i w_i f(x_i) of ∫ f, one estimate per set.
     design : str
         The sampler the points are drawn by.
-    order : int
+    order : int or str
         Order of the rule that made the weights.
     debias : str
         How the rule's bias is removed.
@@ -56,7 +56,7 @@ class SampleTable:
     points: NDArray[np.float64]
     weights: NDArray[np.float64]
     design: str = "unknown"
-    order: int = 0
+    order: int | str = 0
     debias: str = "none"
 
     def __post_init__(self) -> None:
@@ -96,7 +96,7 @@ class SampleTable:
         n: int,
         d: int,
         sets: int,
-        order: int = 0,
+        order: int | str = 0,
         debias: str = "none",
         rng: Rng = None,
         *,
@@ -190,7 +190,7 @@ class SampleTable:
                 mapped = {name: _map(archive, file, name + ".npy") for name in ("points", "weights")}
             with np.load(path, allow_pickle=False) as small:
                 table = cls(
-                    **mapped, design=str(small["design"]), order=int(small["order"]), debias=str(small["debias"])
+                    **mapped, design=str(small["design"]), order=small["order"].item(), debias=str(small["debias"])
                 )
         except FileNotFoundError:
             raise

@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from . import cross_fit, leave_one_out
 from . import debias as _debias
 from ._checks import one_of, thread_count
 from .boundary_control import boundary_control
 from .cells import cells
 from .cross_fit import weigh_replicates
-from .leave_one_out import weigh_strata
+from .kriging_rules import MOST
+from .leave_one_out import weigh_independent, weigh_strata
 from .samplers import SampleSet, as_sample_set, stratum_index
 
 DEBIAS = ("none", "bias-function", "exchange", "leave-one-out", "cross-fit", "auto")
@@ -23,7 +27,7 @@ MAX_ORDER = 8
 def weights(
     samples: SampleSet | ArrayLike,
     *,
-    order: int = 0,
+    order: int | str = 0,
     debias: str = "none",
     design: str | None = None,
     threads: int | None = None,
@@ -35,9 +39,11 @@ def weights(
     samples : SampleSet or array_like, (n,), (n, d) or (sets, n, d)
         What :func:`voroquad.sample` returned, or bare points of [0, 1)^d (of [0, 1]^d without a
         design).
-    order : int
+    order : int, "kriging" or "auto"
         0: a sample stands for its Voronoi cell. p ≥ 1: polynomials of total degree p are integrated
-        exactly; where a set has too few strata for p, the highest degree that it supports.
+        exactly; where a set has too few strata for p, the highest degree that it supports. "kriging":
+        the best prediction of a smooth random function, exact to degree 2. "auto": what
+        :func:`voroquad.quad` takes.
     debias : {"none", "bias-function", "exchange", "leave-one-out", "cross-fit", "auto"}
         ``"none"``: the measures of the Voronoi cells; consistent, but biased near the border.
         ``"bias-function"``: the measures over the bias function G; unbiased, Σ w ≠ 1.
@@ -80,8 +86,12 @@ def weights(
     ``leave-one-out``   0        1 to 3  uniform, stratified            yes       yes
     ``leave-one-out``   1 to 8   1 to 3  stratified, multi-jittered     yes       yes
     ``leave-one-out``   1 to 3   4 to 8  stratified, multi-jittered     yes       yes
+    ``leave-one-out``   kriging  1 to 4  stratified, multi-jittered     yes       yes
+    ``leave-one-out``   kriging  5 to 8  the same, n ≤ 2048             yes       yes
+    ``leave-one-out``   kriging  1 to 8  uniform, n ≤ 2048              yes       yes
     ``cross-fit``       1 to 8   1 to 3  randomised, two sets or more   yes       mean
     ``cross-fit``       1 to 3   4 to 8  randomised, two sets or more   yes       mean
+    ``cross-fit``       kriging  1 to 8  randomised, two sets or more   yes       mean
     ==================  =======  ======  =============================  ========  ======
 
     References
@@ -99,10 +109,27 @@ def weights(
     """
     samples = as_sample_set(samples, design)
     one_of("debias", debias, DEBIAS)
-    if not isinstance(order, int | np.integer) or isinstance(order, bool) or not 0 <= order <= MAX_ORDER:
-        raise ValueError(f"order must be a whole number from 0 to {MAX_ORDER}, got {order!r}")
-    rule = find_rule(samples, int(order), debias)
-    return rule.compute(samples, int(order), thread_count(threads))
+    if isinstance(order, str):
+        one_of("order", order, ("kriging", "auto"))
+    elif not isinstance(order, int | np.integer) or isinstance(order, bool) or not 0 <= order <= MAX_ORDER:
+        raise ValueError(f"order must be a whole number from 0 to {MAX_ORDER}, 'kriging' or 'auto', got {order!r}")
+    else:
+        order = int(order)
+    if order == "auto":
+        order = default_order(samples, debias)
+    return find_rule(samples, order, debias).compute(samples, order, thread_count(threads))
+
+
+def default_order(samples: SampleSet, debias: str) -> int | str:
+    """The order that ``order="auto"`` stands for: that of :func:`voroquad.quad` where it has a rule, else 0."""
+    sets = len(samples.points) if samples.points.ndim == 3 else 1
+    if debias in ("auto", "leave-one-out") and samples.strata is not None:
+        return leave_one_out.default_order(samples.strata) if samples.design in STRATIFIED else 0
+    if debias in ("auto", "leave-one-out") and samples.design == "uniform" and samples.n <= MOST:
+        return "kriging"
+    if debias in ("auto", "cross-fit") and samples.design in RANDOMISED and sets > 1:
+        return cross_fit.default_order(sets * samples.n, samples.d)
+    return 0
 
 
 @dataclass(frozen=True)
@@ -110,17 +137,19 @@ class Rule:
     """A way to weigh samples and the sample sets it is for."""
 
     debias: str
-    orders: range
+    orders: Sequence[int | str]
     dimensions: range
     designs: tuple[str, ...] | None  # None: any
-    compute: Callable[[SampleSet, int, int], NDArray[np.float64]]
+    compute: Callable[[SampleSet, Any, int], NDArray[np.float64]]
     fewest_sets: int = 1
+    most: float = math.inf  # samples of a set
 
-    def covers(self, samples: SampleSet, order: int) -> bool:
+    def covers(self, samples: SampleSet, order: int | str) -> bool:
         """Whether the rule has a meaning for this set and order."""
         return (
             order in self.orders
             and samples.d in self.dimensions
+            and samples.n <= self.most
             and (self.designs is None or samples.design in self.designs)
             and (self.fewest_sets == 1 or (samples.points.ndim == 3 and len(samples.points) >= self.fewest_sets))
         )
@@ -128,18 +157,20 @@ class Rule:
     def __str__(self) -> str:
         designs = "any design" if self.designs is None else "design " + " or ".join(self.designs)
         sets = "" if self.fewest_sets == 1 else f", points (sets, n, d) with {self.fewest_sets} sets or more"
-        return f"debias={self.debias!r} with order {_span(self.orders)}, d = {_span(self.dimensions)}, {designs}{sets}"
+        most = "" if self.most == math.inf else f", n ≤ {self.most}"
+        orders = f"order {_span(self.orders)}, d = {_span(self.dimensions)}{most}"
+        return f"debias={self.debias!r} with {orders}, {designs}{sets}"
 
 
-def find_rule(samples: SampleSet, order: int, debias: str) -> Rule:
+def find_rule(samples: SampleSet, order: int | str, debias: str) -> Rule:
     """The rule for a set; ValueError with the list of rules if there is none."""
     for rule in RULES:
         wanted = rule.debias != "none" if debias == "auto" else rule.debias == debias
         if wanted and rule.covers(samples, order):
             return rule
     raise ValueError(
-        f"no rule for order={order}, debias={debias!r}, design {samples.design!r}, d = {samples.d}; there are: "
-        + "; ".join(map(str, RULES))
+        f"no rule for order={order!r}, debias={debias!r}, design {samples.design!r}, d = {samples.d}, "
+        f"n = {samples.n}; there are: " + "; ".join(map(str, RULES))
     )
 
 
@@ -174,22 +205,31 @@ def _in_strata_order(
     return w
 
 
-def _span(numbers: range) -> str:
-    return str(numbers[0]) if len(numbers) == 1 else f"{numbers[0]} to {numbers[-1]}"
+def _span(entries: Sequence[int | str]) -> str:
+    return repr(entries[0]) if len(entries) == 1 else f"{entries[0]} to {entries[-1]}"
 
 
 #: Designs whose every point is uniform in the unit box, independently of the other sets.
 RANDOMISED = ("uniform", "stratified", "multi-jittered", "sobol", "halton", "zero-two", "latinhypercube", "engine")
+
+#: Designs of one random point per box of a grid
+STRATIFIED = ("stratified", "multi-jittered")
+
+KRIGING = ("kriging",)
 
 #: Every rule there is. debias="auto" takes the first unbiased one that covers the set.
 RULES = (
     Rule("exchange", range(1), range(1, 2), ("uniform",), _exchange_uniform),
     Rule("exchange", range(1), range(1, 2), ("stratified",), _exchange_stratified),
     Rule("leave-one-out", range(1), range(1, 4), ("uniform", "stratified"), _boundary_control),
-    Rule("leave-one-out", range(1, 9), range(1, 4), ("stratified", "multi-jittered"), weigh_strata),
-    Rule("leave-one-out", range(1, 4), range(4, 9), ("stratified", "multi-jittered"), weigh_strata),
+    Rule("leave-one-out", range(1, 9), range(1, 4), STRATIFIED, weigh_strata),
+    Rule("leave-one-out", range(1, 4), range(4, 9), STRATIFIED, weigh_strata),
+    Rule("leave-one-out", KRIGING, range(1, 5), STRATIFIED, weigh_strata),
+    Rule("leave-one-out", KRIGING, range(5, 9), STRATIFIED, weigh_strata, most=MOST),
+    Rule("leave-one-out", KRIGING, range(1, 9), ("uniform",), weigh_independent, most=MOST),
     Rule("cross-fit", range(1, 9), range(1, 4), RANDOMISED, weigh_replicates, fewest_sets=2),
     Rule("cross-fit", range(1, 4), range(4, 9), RANDOMISED, weigh_replicates, fewest_sets=2),
+    Rule("cross-fit", KRIGING, range(1, 9), RANDOMISED, weigh_replicates, fewest_sets=2),
     Rule("bias-function", range(1), range(1, 4), ("uniform", "stratified"), _over_bias_function),
     Rule("none", range(1), range(1, 4), None, _voronoi),
 )

@@ -31,7 +31,15 @@ def offered(design: str, d: int) -> dict[str, list[int]]:
     """The weights that a set of that design can have, each with its orders."""
     probe = SampleSet(np.full((1, d), 0.5), design, (1,) * d if design in GRIDDED else None)
     orders = {
-        weights: sorted({p for rule in RULES if rule.debias == weights for p in rule.orders if rule.covers(probe, p)})
+        weights: sorted(
+            {
+                p
+                for rule in RULES
+                if rule.debias == weights
+                for p in rule.orders
+                if isinstance(p, int) and rule.covers(probe, p)
+            }
+        )
         for weights in WEIGHTS
     }
     return {EQUAL: [0]} | {weights: found for weights, found in orders.items() if found}

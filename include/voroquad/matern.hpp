@@ -1,0 +1,72 @@
+// voroquad/matern.hpp: the covariance of a random function that is smooth along each axis.
+//
+// Products over the axes of Matérn's function of smoothness 7/2 (three derivatives), with
+// s = √7 |x_a − y_a| / length:
+//
+//     k(x, y) = Π_a (1 + s + 2 s²/5 + s³/15) e^−s .
+#pragma once
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <vector>
+
+#include "parallel.hpp"
+
+namespace voroquad {
+
+class MaternCovariance {
+public:
+    // `points` are (n, d).
+    MaternCovariance(const double *points, std::size_t n, std::size_t d, double length)
+        : n_(n), d_(d), scaled_(n * d), scale_(std::sqrt(7.0) / length) {
+        for (std::size_t j = 0; j < n; ++j)
+            for (std::size_t a = 0; a < d; ++a) scaled_[a * n + j] = scale_ * points[j * d + a];
+    }
+
+    // The symmetric matrix (n, n) of k between the points.
+    void matrix(double *k, unsigned threads) const {
+        parallel_for(n_, 32, threads, [&](std::size_t begin, std::size_t end, unsigned) {
+            std::vector<double> sum(n_), x(d_);
+            for (std::size_t i = begin; i < end; ++i) {
+                for (std::size_t a = 0; a < d_; ++a) x[a] = scaled_[a * n_ + i];
+                row(x.data(), i + 1, sum.data(), k + i * n_);
+            }
+        });
+        for (std::size_t i = 0; i < n_; ++i)
+            for (std::size_t j = 0; j < i; ++j) k[j * n_ + i] = k[i * n_ + j];
+    }
+
+    // Σ_i k(at_i, x_j) for each of the points x_j; `at` are (m, d).
+    std::vector<double> sums(const double *at, std::size_t m) const {
+        std::vector<double> total(n_), one(n_), sum(n_), x(d_);
+        for (std::size_t i = 0; i < m; ++i) {
+            for (std::size_t a = 0; a < d_; ++a) x[a] = scale_ * at[i * d_ + a];
+            row(x.data(), n_, sum.data(), one.data());
+            for (std::size_t j = 0; j < n_; ++j) total[j] += one[j];
+        }
+        return total;
+    }
+
+private:
+    // k between x, in scaled coordinates, and the first `count` points.
+    void row(const double *x, std::size_t count, double *sum, double *k) const {
+        std::fill_n(sum, count, 0.0);
+        std::fill_n(k, count, 1.0);
+        for (std::size_t a = 0; a < d_; ++a) {
+            const double *y = scaled_.data() + a * n_, xa = x[a];
+            for (std::size_t j = 0; j < count; ++j) {
+                const double s = std::abs(y[j] - xa);
+                sum[j] += s;
+                k[j] *= 1.0 + s * (1.0 + s * (0.4 + s * (1.0 / 15.0)));
+            }
+        }
+        for (std::size_t j = 0; j < count; ++j) k[j] *= std::exp(-sum[j]);
+    }
+
+    std::size_t n_, d_;
+    std::vector<double> scaled_; // (d, n)
+    double scale_;
+};
+
+} // namespace voroquad

@@ -1,0 +1,38 @@
+// voroquad._core: covariances.
+#include "arrays.hpp"
+
+#include <voroquad/matern.hpp>
+
+using namespace voroquad;
+
+namespace {
+
+using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+Array<double> matern_matrix(Points points, double length, unsigned threads) {
+    const std::size_t n = points.shape(0);
+    std::vector<double> k(n * n);
+    {
+        nb::gil_scoped_release release;
+        MaternCovariance(points.data(), n, points.shape(1), length).matrix(k.data(), threads);
+    }
+    return own(std::move(k), {n, n});
+}
+
+Array<double> matern_sums(Points points, Points at, double length) {
+    const std::size_t n = points.shape(0), d = points.shape(1);
+    std::vector<double> total = [&] {
+        nb::gil_scoped_release release;
+        return MaternCovariance(points.data(), n, d, length).sums(at.data(), at.shape(0));
+    }();
+    return own(std::move(total), {n});
+}
+
+} // namespace
+
+void bind_kriging(nb::module_ &m) {
+    m.def("matern_matrix", &matern_matrix, "points"_a, "length"_a, "threads"_a,
+          "The covariances (n, n) between points (n, d).");
+    m.def("matern_sums", &matern_sums, "points"_a, "at"_a, "length"_a,
+          "The sums (n,) over points (m, d) `at` of their covariances with points (n, d).");
+}

@@ -1,0 +1,202 @@
+"""Rules by kriging: exact for the drift, unbiased for all, linear in f."""
+
+import itertools
+import math
+
+import numpy as np
+import pytest
+
+import voroquad as vq
+from voroquad import kriging_rules
+from voroquad.cross_fit import fit_replicates
+from voroquad.kriging import Intervals, Kriging, model
+from voroquad.kriging_rules import windows
+from voroquad.leave_one_out import fit_strata
+from voroquad.multi_jittered import offsets
+from voroquad.samplers import SampleSet
+
+DESIGNS = ("stratified", "multi-jittered")
+
+
+def draw(strata, sets, design, seed=1):
+    """Sets (sets, n, d) with one sample in each stratum of any grid, near-cubic or not."""
+    d, n = len(strata), math.prod(strata)
+    corners, rng = np.indices(strata).reshape(d, n).T, np.random.default_rng(seed)
+    places = offsets(strata, sets, rng) if design == "multi-jittered" else rng.random((sets, n, d))
+    return SampleSet((corners + places) / strata, design, tuple(strata))
+
+
+def check_exact(points, w, degree, atol=1e-12):
+    """Σ w x^p = Π 1/(p_a + 1), up to the total degree; (sets, n, d), weights that are averaged over sets."""
+    d = points.shape[-1]
+    for powers in itertools.product(range(degree + 1), repeat=d):
+        if sum(powers) <= degree:
+            f = np.prod(points ** np.array(powers), axis=-1)
+            exact = 1 / np.prod(np.array(powers) + 1.0)
+            np.testing.assert_allclose((w * f).sum(axis=-1), exact, atol=atol, rtol=0, err_msg=str(powers))
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+@pytest.mark.parametrize(
+    ("strata", "degree"),
+    [((40,), 2), ((6, 7), 2), ((2, 3), 0), ((4, 5, 6), 2), ((3, 3, 3), 1), ((4, 3, 4, 5), 2), ((3,) * 5, 2)],
+)
+def test_polynomials_up_to_degree_two_are_integrated_exactly(design, strata, degree):
+    samples = draw(strata, 2, design)
+    w, _ = fit_strata(samples, "kriging", threads=2)
+    check_exact(samples.points, w, degree)
+    f = np.exp(samples.points[..., 0])
+    assert (abs((w * f).sum(axis=1) - (math.e - 1)) > 1e-12).all()
+
+
+@pytest.mark.parametrize("design", DESIGNS)
+@pytest.mark.parametrize("strata", [(200,), (31, 33), (10, 11, 12), (6, 7, 5, 8)])
+def test_windows_are_exact_too(monkeypatch, design, strata):
+    monkeypatch.setattr(kriging_rules, "MOST", 100)
+    assert len(list(windows(strata))) > 1
+    samples = draw(strata, 1, design)
+    w, residuals = fit_strata(samples, "kriging", threads=2, values=(samples.points**2).sum(axis=-1)[:, None])
+    check_exact(samples.points, w, 2)
+    assert abs(residuals).max() < 1e-9
+
+
+def test_each_stratum_is_corrected_in_one_window(monkeypatch):
+    monkeypatch.setattr(kriging_rules, "MOST", 100)
+    strata = (13, 7, 9)
+    count = np.zeros(math.prod(strata), dtype=int)
+    for window in windows(strata):
+        count[window.members()[window.to_correct()]] += 1
+    np.testing.assert_array_equal(count, 1)
+
+
+def test_independent_samples():
+    for n, d, degree in ((30, 1, 2), (50, 2, 2), (90, 3, 2), (40, 6, 0), (1, 2, 0), (2, 2, 0)):
+        points = vq.sample("uniform", n, d, sets=2, rng=1).points
+        w = vq.weights(points, design="uniform", order="kriging", debias="leave-one-out")
+        check_exact(points, w, degree)
+
+
+def test_replicates(monkeypatch):
+    for most in (2048, 90):  # all samples predict, or the first few of each replicate, which the others correct
+        monkeypatch.setattr(kriging_rules, "MOST", most)
+        for design, sets, n, d in (("sobol", 4, 64, 3), ("halton", 3, 50, 2), ("uniform", 100, 4, 2)):
+            points = vq.sample(design, n, d, sets=sets, rng=1).points
+            shares = fit_replicates(points, "kriging", threads=2)
+            np.testing.assert_allclose(shares[np.arange(sets), np.arange(sets)], 1 / n, rtol=1e-12)
+            for r in range(sets):
+                check_exact(points.reshape(-1, d), shares[r].ravel(), 2)
+
+
+def test_order_auto_is_what_quad_takes():
+    def f(x):
+        return np.cos(3 * x.sum(axis=0))
+
+    for d, n in ((1, 64), (2, 64), (2, 400), (3, 64), (4, 81)):
+        s = vq.sample("multi-jittered", n, d, rng=np.random.default_rng(3))
+        value = vq.weights(s, order="auto", debias="auto") @ f(s.points.T)
+        assert vq.quad(f, np.zeros(d), np.ones(d), n_points=n, rng=3).integral == pytest.approx(value, rel=1e-12)
+
+
+# ---------------------------------------------------------------------- without bias
+
+
+def jumpy(x):
+    """Not zero at the border, with a jump along a slanted plane; (..., d)."""
+    return np.exp(x[..., 0]) + (x.sum(axis=-1) < 0.43 * x.shape[-1])
+
+
+def exact_jumpy(d):
+    t = 0.43 * d  # the distribution function of a sum of d uniform variables (Irwin and Hall)
+    below = sum((-1) ** j * math.comb(d, j) * max(t - j, 0) ** d for j in range(d + 1)) / math.factorial(d)
+    return math.e - 1 + below
+
+
+def ramp(x, k):
+    """A ramp of mean zero in the first layer of strata, 0 elsewhere: it finds fits that know x_i."""
+    first = x[..., 0] * k
+    return np.where(first < 1, first - 0.5, 0.0)
+
+
+# 15 checks at 5.5 standard errors: a correct program exceeds one of them once in 1.7e6 seeds. With so many
+# sets a bias of 0.1 standard deviations of one estimate shows as |z| ≈ 5.6.
+SETS = 3100
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize(
+    ("design", "strata"),
+    [("stratified", (4, 4)), ("multi-jittered", (5, 5)), ("multi-jittered", (3, 4, 4)),
+     pytest.param("stratified", (9,), marks=pytest.mark.slow),
+     pytest.param("multi-jittered", (4, 4, 4), marks=pytest.mark.slow),
+     pytest.param("multi-jittered", (2, 2, 2, 2, 2), marks=pytest.mark.slow)],
+)  # fmt: skip
+def test_strata_are_unbiased(z_score, design, strata):
+    samples = draw(strata, SETS, design, seed=5)
+    w, _ = fit_strata(samples, "kriging", threads=1)
+    for f, truth in ((jumpy(samples.points), exact_jumpy(len(strata))), (ramp(samples.points, strata[0]), 0.0)):
+        assert abs(z_score((w * f).sum(axis=1), truth)) < 5.5
+
+
+@pytest.mark.statistical
+def test_windows_are_unbiased(z_score, monkeypatch):
+    monkeypatch.setattr(kriging_rules, "MOST", 1)
+    monkeypatch.setitem(kriging_rules.WINDOWS, 2, (3, 1))
+    samples = draw((5, 6), 800, "multi-jittered", seed=5)
+    w, _ = fit_strata(samples, "kriging", threads=1)
+    for f, truth in ((jumpy(samples.points), exact_jumpy(2)), (ramp(samples.points, 5), 0.0)):
+        assert abs(z_score((w * f).sum(axis=1), truth)) < 5.5
+
+
+@pytest.mark.statistical
+def test_dependence_between_colours_is_found_biased(z_score):
+    samples = draw((4, 4), 800, "stratified", seed=5)
+    together = samples.points - samples.points % 0.25 + samples.points[:, :1] % 0.25  # all alike in their strata
+    w, _ = fit_strata(SampleSet(together, "stratified", (4, 4)), "kriging", threads=1)
+    assert abs(z_score((w * ramp(together, 4)).sum(axis=1), 0.0)) > 6.5
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize(
+    ("n", "d"), [(9, 1), (16, 2), *(pytest.param(n, d, marks=pytest.mark.slow) for n, d in ((27, 3), (40, 5)))]
+)
+def test_independent_samples_are_unbiased(z_score, n, d):
+    points = vq.sample("uniform", n, d, sets=SETS, rng=5).points
+    w = vq.weights(points, design="uniform", order="kriging", debias="leave-one-out")
+    assert abs(z_score((w * jumpy(points)).sum(axis=1), exact_jumpy(d))) < 5.5
+    near_the_border = (points[..., 0] < 0.06).astype(float)
+    assert abs(z_score((w * near_the_border).sum(axis=1), 0.06)) < 5.5
+
+
+@pytest.mark.statistical
+def test_the_integral_of_the_prediction_alone_is_found_biased(z_score):
+    estimates = []
+    for points in vq.sample("uniform", 9, 1, sets=1500, rng=5).points:
+        kriging = Kriging(points, model(9, 1), (np.zeros(1), np.ones(1)))
+        (w,) = kriging.integrals(kriging.over_boxes([Intervals(np.zeros(1), np.ones(1), np.zeros(1, int), 1)]))
+        estimates.append(w @ (points[:, 0] < 0.06))
+    assert abs(z_score(np.array(estimates), 0.06)) > 6.5
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize(
+    ("design", "n", "d", "most"),
+    [
+        ("sobol", 8, 2, 2048),
+        *(pytest.param(*case, marks=pytest.mark.slow) for case in (("sobol", 16, 5, 2048), ("halton", 9, 3, 10))),
+    ],
+)
+def test_replicates_are_unbiased(z_score, monkeypatch, design, n, d, most):
+    monkeypatch.setattr(kriging_rules, "MOST", most)
+    estimates = []
+    for seed in range(SETS):
+        points = vq.sample(design, n, d, sets=2, rng=seed).points
+        estimates.append(np.einsum("rsn,sn->r", fit_replicates(points, "kriging", 1), jumpy(points)).mean())
+    assert abs(z_score(np.array(estimates), exact_jumpy(d))) < 5.5
+
+
+def test_too_large_grids_of_many_dimensions_are_refused():
+    points = draw((5,) * 5, 1, "stratified").points[0]
+    with pytest.raises(ValueError, match="n ≤ 2048"):
+        vq.weights(points, design="stratified", order="kriging", debias="leave-one-out")
+    with pytest.raises(ValueError, match="at most 2048 strata in d = 5"):
+        vq.quad(lambda x: x[0], [0] * 5, [1] * 5, sampler="stratified", order="kriging", n_points=4000)
