@@ -2,7 +2,7 @@
 
 Random members of the eight families, many sets each, for several dimensions and numbers of evaluations: the share of
 intervals that hold the integral, by family and on average. Members and sets are others than those that
-calibrate_errors.py fitted the error bar to. Writes benchmarks/results/coverage.csv.
+calibrate_errors.py fitted the error bar to. Writes benchmarks/results/coverage.csv, line by line.
 
     python benchmarks/coverage.py [--dimensions 1,2] [--sets 200]
 """
@@ -55,16 +55,16 @@ def main() -> None:
     options = parser.parse_args()
     warnings.filterwarnings("ignore", category=vq.IntegrationWarning)
 
-    rows = []
-    for d in whole_numbers("dimensions", options.dimensions):
-        for n in EVALUATIONS[d]:
-            used, shares = coverage(d, n, options.members, options.sets, options.seed)
-            rows.append([d, n, used, *(f"{s:.3f}" for s in (*shares, shares.mean(), shares.min()))])
-            print(*rows[-1], flush=True)
     with RESULTS.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["d", "n", "evaluations", *FAMILIES, "mean", "least"])
-        table.writerows(rows)
+        for d in whole_numbers("dimensions", options.dimensions):
+            for n in EVALUATIONS[d]:
+                used, shares = coverage(d, n, options.members, options.sets, options.seed)
+                line = [d, n, used, *(f"{s:.3f}" for s in (*shares, shares.mean(), shares.min()))]
+                table.writerow(line)
+                file.flush()
+                print(*line, flush=True)
 
 
 if __name__ == "__main__":

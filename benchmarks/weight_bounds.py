@@ -1,9 +1,9 @@
 """Sums and largest weights of the default rules of vq.quad, over many sets.
 
-For d = 1 to 4 and each default order, on the smallest grid of at least 100 strata that has it, where weights vary most,
+For d = 1 to 4 and each default rule, on the smallest grid of at least 100 strata that has it, where weights vary most,
 and on one of about 1000: Σ|w| on average and of the worst set, and the largest N |w| of any weight, beside what is
 asked of them: Σ|w| ≤ 1.1 on average (theory.md speaks of the mean: a single set may exceed it) and N |w| ≤ 20 for every
-weight of 10^5 sets. Writes benchmarks/results/weight_bounds.csv, line by line.
+weight. As many sets as hold 100 · `sets` samples. Writes benchmarks/results/weight_bounds.csv, line by line.
 
     VOROQUAD_NUM_THREADS=1 nice -n 19 python benchmarks/weight_bounds.py [--dimensions 1,2] [--sets 100000]
 """
@@ -21,7 +21,7 @@ from voroquad.quadrature import largest_grid
 from voroquad.samplers import sample
 
 RESULTS = Path(__file__).parent / "results" / "weight_bounds.csv"
-FEWEST, MANY = 100, 1024
+FEWEST, MANY = 100, 1156
 POINTS = 2**16  # in memory at a time
 HEAD = ["d", "strata", "order", "sets", "sum_mean", "sum_standard_error", "sum_largest", "weight_largest", "beyond_20"]
 
@@ -65,7 +65,8 @@ def main() -> None:
         table.writerow(HEAD)
         for d in whole_numbers("dimensions", options.dimensions):
             for strata in grids(d):
-                table.writerow(line := bounds(strata, options.sets, options.seed))
+                sets = FEWEST * options.sets // math.prod(strata)
+                table.writerow(line := bounds(strata, sets, options.seed))
                 file.flush()
                 print(*line, flush=True)
 

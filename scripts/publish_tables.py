@@ -16,6 +16,8 @@ from pathlib import Path
 
 from publish_figures import FIGURES, ROOT, power_of_ten, quad_table, replace_table, scientific
 
+from voroquad.study.genz import FAMILIES
+
 RESULTS = ROOT / "benchmarks" / "results"
 DESIGNS = {"sobol": "Sobol'"}
 UNBIASED = {"equal weights": True, "Voronoi cells": False}
@@ -161,6 +163,27 @@ def families_table() -> str:
     return markdown(rows, "ll")
 
 
+def coverage_table() -> str:
+    """How often the interval from one set holds the integral: on average over the families, and in the least."""
+    measured = read(RESULTS / "coverage.csv")
+    rows = [["d", "evaluations", "mean", "least", "of the family"]]
+    for r in measured:
+        if int(r["n"]) >= 128:
+            least = min(FAMILIES, key=lambda family: float(r[family]))
+            rows.append([r["d"], r["evaluations"], percent(r["mean"]), percent(r["least"]), least])
+    return markdown(rows, "l")
+
+
+def weight_bounds_table() -> str:
+    """Sums and largest weights of the default rules."""
+    names = {"d": "d", "strata": "strata", "order": "rule", "sets": "sets", "sum_mean": "Σ\\|w\\|, mean"}
+    names |= {"sum_largest": "Σ\\|w\\|, worst set", "weight_largest": "largest N \\|w\\|"}
+    measured = read(RESULTS / "weight_bounds.csv")
+    for r in measured:
+        r["order"] = r["order"] if r["order"] == "kriging" else f"order {r['order']}"
+    return markdown([[*names.values()], *([r[k] for k in names] for r in measured)], "lll")
+
+
 # ---------------------------------------------------------------------- docs/bias.md
 
 
@@ -182,7 +205,11 @@ def order0_table() -> str:
 
 
 TABLES: dict[str, dict[str, Callable[[], str]]] = {
-    "quadrature.md": {"families": families_table},
+    "quadrature.md": {
+        "weight-bounds": weight_bounds_table,
+        "coverage": coverage_table,
+        "families": families_table,
+    },
     "bias.md": {"bias-tables": bias_table, "order0": order0_table},
     "rules.md": {
         "decision": decision_table,
@@ -216,6 +243,11 @@ def markdown(rows: Sequence[Sequence[str]], left: str) -> str:
 def short(value: float) -> str:
     """Two digits: 23, 1.2·10⁴."""
     return f"{value:.2g}" if value < 100 else f"{value:.0f}" if value < 1000 else scientific(value)
+
+
+def percent(share: str) -> str:
+    """0.965 as 96.5 %."""
+    return f"{100 * float(share):.1f} %"
 
 
 def with_error(row: Row) -> str:

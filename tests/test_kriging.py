@@ -102,8 +102,10 @@ def test_samples_that_do_not_determine_the_drift_lower_its_degree():
 
 
 def test_the_model_assumes_what_the_samples_can_resolve():
-    assert [model(n, 3).degree for n in (1, 20, 24, 60)] == [0, 0, 1, 2]
-    assert model(512, 3) == Model(2, 0.5, pytest.approx(0.25**7))
+    assert [model(n, 3).degree for n in (1, 47, 48, 120, 10_000)] == [0, 0, 1, 2, 8]
+    assert model(512, 3) == Model(4, 0.5, pytest.approx(0.25**7))
     far, near = model(100, 1), model(10_000, 1)
     assert near.length < far.length
-    assert near.noise == pytest.approx(1 / 16**7)
+    assert near.noise == pytest.approx(1 / 8**7)
+    part = model(512, 3, spacing=0.01)  # of a set that has more
+    assert (part.degree, part.length) == (4, pytest.approx(0.08))

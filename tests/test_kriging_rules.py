@@ -39,9 +39,18 @@ def check_exact(points, w, degree, atol=1e-12):
 @pytest.mark.parametrize("design", DESIGNS)
 @pytest.mark.parametrize(
     ("strata", "degree"),
-    [((40,), 2), ((6, 7), 2), ((2, 3), 0), ((4, 5, 6), 2), ((3, 3, 3), 1), ((4, 3, 4, 5), 2), ((3,) * 5, 2)],
+    [
+        ((40,), 2),
+        ((6, 7), 1),
+        ((16, 16), 5),
+        ((2, 3), 0),
+        ((4, 5, 6), 2),
+        ((3, 4, 4), 1),
+        ((4, 3, 4, 5), 2),
+        ((3,) * 5, 1),
+    ],
 )
-def test_polynomials_up_to_degree_two_are_integrated_exactly(design, strata, degree):
+def test_polynomials_of_the_drift_are_integrated_exactly(design, strata, degree):
     samples = draw(strata, 2, design)
     w, _ = fit_strata(samples, "kriging", threads=2)
     check_exact(samples.points, w, degree)
@@ -70,7 +79,7 @@ def test_each_stratum_is_corrected_in_one_window(monkeypatch):
 
 
 def test_independent_samples():
-    for n, d, degree in ((30, 1, 2), (50, 2, 2), (90, 3, 2), (40, 6, 0), (1, 2, 0), (2, 2, 0)):
+    for n, d, degree in ((40, 1, 2), (80, 2, 2), (90, 3, 1), (40, 6, 0), (1, 2, 0), (2, 2, 0)):
         points = vq.sample("uniform", n, d, sets=2, rng=1).points
         w = vq.weights(points, design="uniform", order="kriging", debias="leave-one-out")
         check_exact(points, w, degree)
@@ -82,9 +91,10 @@ def test_replicates(monkeypatch):
         for design, sets, n, d in (("sobol", 4, 64, 3), ("halton", 3, 50, 2), ("uniform", 100, 4, 2)):
             points = vq.sample(design, n, d, sets=sets, rng=1).points
             shares = fit_replicates(points, "kriging", threads=2)
+            predicting = min(sets, most) * min(n, max(1, most // sets))
             np.testing.assert_allclose(shares[np.arange(sets), np.arange(sets)], 1 / n, rtol=1e-12)
             for r in range(sets):
-                check_exact(points.reshape(-1, d), shares[r].ravel(), 2)
+                check_exact(points.reshape(-1, d), shares[r].ravel(), model(predicting, d).degree)
 
 
 def test_order_auto_is_what_quad_takes():
@@ -125,7 +135,8 @@ SETS = 3100
 @pytest.mark.statistical
 @pytest.mark.parametrize(
     ("design", "strata"),
-    [("stratified", (4, 4)), ("multi-jittered", (5, 5)), ("multi-jittered", (3, 4, 4)),
+    [("stratified", (4, 4)), ("multi-jittered", (5, 5)),
+     pytest.param("multi-jittered", (3, 4, 4), marks=pytest.mark.slow),
      pytest.param("stratified", (9,), marks=pytest.mark.slow),
      pytest.param("multi-jittered", (4, 4, 4), marks=pytest.mark.slow),
      pytest.param("multi-jittered", (2, 2, 2, 2, 2), marks=pytest.mark.slow)],

@@ -25,10 +25,10 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 #: Correlation length of the random function: this part of the box, or as many sample spacings if that is less.
-LENGTH, SPACINGS = 0.5, 16.0
+LENGTH, SPACINGS = 0.5, 8.0
 
 #: Highest degree of the drift, and the fewest samples per term of it.
-DRIFT, SAMPLES_PER_TERM = 2, 6
+DRIFT, SAMPLES_PER_TERM = 8, 12
 
 
 @dataclass(frozen=True)
@@ -50,12 +50,12 @@ class Model:
     noise: float
 
 
-def model(n: int, d: int) -> Model:
-    """The model for n samples, n^(−1/d) apart, in d dimensions.
+def model(n: int, d: int, spacing: float | None = None) -> Model:
+    """The model for n samples in d dimensions, `spacing` apart; by default n^(−1/d), which fills the unit box.
 
     The variance of the noise, (spacing / length)⁷, is what the samples are too far apart to resolve.
     """
-    spacing = n ** (-1 / d)
+    spacing = spacing or n ** (-1 / d)
     length = min(LENGTH, SPACINGS * spacing)
     degree = next(p for p in range(DRIFT, -1, -1) if p == 0 or SAMPLES_PER_TERM * math.comb(p + d, d) <= n)
     return Model(degree, length, (spacing / length) ** 7)

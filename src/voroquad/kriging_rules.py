@@ -124,7 +124,7 @@ def krige_strata(
     for window in windows(strata):
         members, chosen = window.members(), window.to_correct()
         group, axes = window.groups(period)
-        kriging = Kriging(points[members], model(n, d), window.box(), threads)
+        kriging = Kriging(points[members], model(len(members), d, n ** (-1 / d)), window.box(), threads)
         integrals = kriging.integrals(kriging.over_boxes(axes))
         missing = chosen - integrals[group, np.arange(len(group))]
         solved = kriging.leave_out(group, np.vstack([missing, kriging.apply(values[:, members])]))

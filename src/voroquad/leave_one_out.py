@@ -21,20 +21,21 @@ HIGHEST_ORDER = {1: 8, 2: 8, 3: 8} | dict.fromkeys(range(4, 9), 3)
 FEWEST_PER_TERM = 1.5
 
 #: Default order on a line and in the plane: the first entry whose least number of strata along an axis is
-#: reached. Coarser grids of the plane, and more dimensions, are left to kriging.
+#: reached. Grids of the plane that one kriging takes, and more dimensions, are left to kriging.
 DEFAULT_ORDERS = {
     1: ((96, 8), (48, 6), (16, 4), (8, 2), (4, 1), (1, 0)),
-    2: ((32, 8), (16, 6)),
+    2: ((34, 8),),
 }
 
 
-#: What (Σ (|S_i| r_i)²)^½ is multiplied by to give the standard error, by dimension and default order:
-#: benchmarks/calibrate_errors.py found them, last column of benchmarks/results/error_scale.csv.
-ERROR_SCALE = {
-    (1, 1): 1.38, (1, 2): 0.51, (1, 4): 0.52, (1, 6): 0.75, (1, 8): 1.15,
-    (2, "kriging"): 1.1, (2, 6): 1.11, (2, 8): 1.13,
-    (3, "kriging"): 1.0,
-    (4, "kriging"): 1.1,
+#: What (Σ (|S_i| r_i)²)^½ is multiplied by to give the standard error, by dimension and default order, each
+#: from a least number of strata on: benchmarks/calibrate_errors.py, benchmarks/results/error_scale.csv.
+ERROR_SCALE: dict[tuple[int, int | str], tuple[tuple[int, float], ...]] = {
+    (1, 1): ((1, 1.38),), (1, 2): ((1, 0.55),), (1, 4): ((1, 0.55),), (1, 6): ((1, 0.65),),
+    (1, 8): ((256, 0.5), (1, 0.65)),
+    (2, "kriging"): ((36, 1.0), (1, 1.4)), (2, 8): ((1, 0.95),),
+    (3, "kriging"): ((36, 1.0), (1, 1.35)),
+    (4, "kriging"): ((100, 1.0), (1, 1.4)),
 }  # fmt: skip
 
 
@@ -102,11 +103,15 @@ def default_order(strata: tuple[int, ...]) -> int | str:
 
 
 def error_scale(order: int | str, strata: tuple[int, ...]) -> float:
-    """The factor between (Σ (|S_i| r_i)²)^½ and the standard error of a set (:data:`ERROR_SCALE`)."""
-    d = len(strata)
-    calibrated = [scale for (dimension, _), scale in ERROR_SCALE.items() if dimension == min(d, 4)]
+    """The factor between (Σ (|S_i| r_i)²)^½ and the standard error of a set (:data:`ERROR_SCALE`).
+
+    Of an order that is no default of the dimension, the largest.
+    """
+    d, n = min(len(strata), 4), math.prod(strata)
     fitted = order if isinstance(order, str) else stencil(order, strata).order
-    return ERROR_SCALE.get((d, fitted), max(calibrated))
+    of_dimension = [scales for (dimension, _), scales in ERROR_SCALE.items() if dimension == d]
+    scales = [ERROR_SCALE[d, fitted]] if (d, fitted) in ERROR_SCALE else of_dimension
+    return max(next(factor for least, factor in s if n >= least) for s in scales)
 
 
 def fit_strata(samples: SampleSet, order: int | str, threads: int, values: Array | None = None) -> tuple[Array, Array]:
