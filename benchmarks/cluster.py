@@ -31,7 +31,7 @@ ENVIRONMENT = os.environ | {"VOROQUAD_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 HOST = "127.0.0.1"
 
 #: The commands that are run; long enough for faults
-STUDY = ["study", "--replicates", "4000", "--max-n", "512", "--seed", "4"]
+STUDY = ["study", "--replicates", "4000", "--max-n", "256", "--seed", "4"]
 COMMANDS = {
     "study": ["study", "--replicates", "20", "--max-n", "32", "--seed", "4"],
     "render": ["render", "depth-of-field", "--spp", "256", "--round", "128", "--size", "320x240", "--seed", "4"],

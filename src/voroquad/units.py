@@ -23,7 +23,7 @@ class Series:
     Parameters
     ----------
     name : str
-        Of letters, digits and dashes; no two series of a run share it.
+        Such as a folder has; no two series of a run share it.
     count : int
         Number of units.
     shape : tuple of int

@@ -63,15 +63,15 @@ def test_an_interrupted_run_goes_on(monkeypatch, tmp_path, capsys):
     whole, parts = tmp_path / "whole", tmp_path / "parts"
     run_genz(whole, **QUICK, show_progress=False)
 
-    measure, measured = genz_suite.measure, []
+    block, measured = genz_suite._block, []
 
-    def until_ctrl_c(rule, d, n, settings, advance):
+    def until_ctrl_c(rule, d, n, *rest):
         if len(measured) == 2:
             raise KeyboardInterrupt
         measured.append((rule.name, d, n))
-        return measure(rule, d, n, settings, advance)
+        return block(rule, d, n, *rest)
 
-    monkeypatch.setattr(genz_suite, "measure", until_ctrl_c)
+    monkeypatch.setattr(genz_suite, "_block", until_ctrl_c)
     with pytest.raises(KeyboardInterrupt):
         run_genz(parts, **QUICK, show_progress=False)
     assert [p.name for p in parts.iterdir()] == [UNFINISHED]
@@ -79,7 +79,7 @@ def test_an_interrupted_run_goes_on(monkeypatch, tmp_path, capsys):
     with pytest.raises(ValueError, match=r"with other settings .*replicates=2"):
         run_genz(parts, **{**QUICK, "replicates": 3}, show_progress=False)
 
-    monkeypatch.setattr(genz_suite, "measure", lambda *arguments: measured.append(0) or measure(*arguments))
+    monkeypatch.setattr(genz_suite, "_block", lambda *arguments: measured.append(0) or block(*arguments))
     run_genz(parts, **QUICK, show_progress=False)
     assert len(measured) == 4  # two before, two after
     for name in ("genz-mse.csv", "genz-ratios.csv", "genz-1d.csv"):
@@ -119,7 +119,7 @@ def test_below_rounding_all_rules_are_equal():
 def test_the_mean_square_is_that_of_the_errors():
     settings = Settings(replicates=400, instances=2, seed=1)
     plain = Rule("plain", lambda fs, n, rng: (np.array([f(rng.random((f.d, n))).mean() for f in fs]), n))
-    cell = genz_suite.measure(plain, 2, 128, settings, lambda description, steps: None)
+    (cell,) = genz_suite.measure([(plain, 2, 128)], settings)
     functions = list(genz_suite.instances(2, 2, rng=[1, 2]))
     x = np.random.default_rng(0).random((2, 200_000))
     for f, mse, error in zip(functions, cell.mse, cell.mse_error, strict=True):

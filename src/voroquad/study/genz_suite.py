@@ -8,7 +8,7 @@ import os
 import shlex
 import sys
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from importlib.util import find_spec
 from pathlib import Path
@@ -17,17 +17,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import __version__
 from .._checks import one_of, positive_int
 from .._files import atomic_directory, atomic_path
 from .._progress import progress_bar
 from ..results import Results, Section, Table
+from ..units import ONE_PROCESS, Advance, Array, Pool, Series
 from .drawing import read_rows, write_rows
 from .figures_genz import draw_ratios
 from .genz import FAMILIES, instances
+from .moments import Moments, add_packed
 from .peers import OURS, PEERS, Rule
 
 #: What is measured of an unfinished run, in its folder.
 UNFINISHED = "genz-unfinished.json"
+#: Replicates of a unit of work
+_REPLICATES_OF_A_UNIT = 5
 _TIMES = 3  # of which the fastest counts
 _ROUNDING = 2.0**-50  # of the mean of |f|, and less, is no error
 
@@ -56,6 +61,10 @@ class Settings:
     seed: int
 
 
+#: A rule, in so many dimensions, with so many evaluations
+Work = tuple[Rule, int, int]
+
+
 def run_genz(
     out: str | os.PathLike[str],
     *,
@@ -65,6 +74,7 @@ def run_genz(
     replicates: int = 50,
     instances: int = 5,
     seed: int = 0,
+    pool: Pool = ONE_PROCESS,
     show_progress: bool = True,
     rules: Sequence[Rule] = PEERS,
 ) -> Results:
@@ -87,6 +97,8 @@ def run_genz(
         Random members of each family, at least 2.
     seed : int
         Seed ≥ 0 of all random numbers.
+    pool : Pool
+        What computes the units of work, blocks of replicates; wall times are always those of this process.
     show_progress : bool
         A progress bar on standard error.
     rules : sequence of Rule
@@ -114,10 +126,11 @@ def run_genz(
         "vq.quad and its peers, at equal numbers of evaluations",
         _command(out, dimensions, sizes[-1], peers, settings),
     )
-    steps = sum(_replicates(rule, settings) for rule, _, _ in work)
+    pool.begin({"study": "genz", "version": __version__} | asdict(settings))
+    steps = sum(_units(rule, settings) for rule, _, _ in work)
     with progress_bar(steps, show=show_progress) as advance, atomic_directory(out) as folder:
         try:
-            cells = [_cell(store, rule, d, n, settings, advance) for rule, d, n in work]
+            cells = list(_cells(store, work, settings, pool, advance))
         except KeyboardInterrupt:
             print(
                 f"voroquad: {store.path} keeps what is measured; the same command goes on from there", file=sys.stderr
@@ -144,24 +157,17 @@ def sizes_up_to(max_n: int) -> list[int]:
 
 
 def measure(
-    rule: Rule,
-    d: int,
-    n: int,
+    work: Sequence[Work],
     settings: Settings,
-    advance: Callable[[str, int], None] = lambda description, steps: None,
-) -> Cell:
-    """Mean squared errors of a rule on members of all families."""
-    functions = list(instances(d, settings.instances, rng=[settings.seed, d]))
-    truth = [f.integral for f in functions]
-    squares, used = [], 0
-    for replicate in range(_replicates(rule, settings)):
-        estimates, evaluations = rule.estimate(functions, n, np.random.default_rng([settings.seed, d, n, replicate]))
-        squares.append(np.square(estimates - truth))
-        used = max(used, evaluations)
-        advance(f"{rule.name}, d = {d}, N = {n}", 1)
-    mse, spread = np.mean(squares, axis=0), np.std(squares, axis=0)
-    error = spread / np.sqrt(max(len(squares) - 1, 1))
-    return Cell(rule.name, d, n, used, mse.tolist(), error.tolist())
+    pool: Pool = ONE_PROCESS,
+    advance: Advance = lambda description, steps: None,
+) -> Iterator[Cell]:
+    """Mean squared errors on members of all families, of rules in d dimensions with n evaluations."""
+    totals = pool.sums((_series(*one, settings) for one in work), _join, advance)
+    for (rule, d, n), total in zip(work, totals, strict=True):
+        moments = Moments.unpacked(total[..., :-1])
+        error = moments.standard_error[1] if moments.count > 1 else np.zeros_like(moments.mean[1])
+        yield Cell(rule.name, d, n, int(total[0, 0, -1]), moments.mean[1].tolist(), error.tolist())
 
 
 def ratio_rows(cells: Sequence[Cell], settings: Settings) -> list[dict[str, object]]:
@@ -265,12 +271,41 @@ def _replicates(rule: Rule, settings: Settings) -> int:
     return settings.replicates if rule.random else 1
 
 
-def _cell(store: _Store, rule: Rule, d: int, n: int, settings: Settings, advance: Callable[[str, int], None]) -> Cell:
-    """The cell as it was measured before, or now."""
-    if (cell := store.get(rule, d, n)) is not None:
-        advance(f"{rule.name}, d = {d}, N = {n}", _replicates(rule, settings))
-        return cell
-    return store.put(measure(rule, d, n, settings, advance))
+def _units(rule: Rule, settings: Settings) -> int:
+    return -(-_replicates(rule, settings) // _REPLICATES_OF_A_UNIT)
+
+
+def _series(rule: Rule, d: int, n: int, settings: Settings) -> Series:
+    """The replicates of a cell, in blocks."""
+    shape = (3, 2, len(FAMILIES) * settings.instances + 1)
+    return Series(f"{rule.name}-{d}d-{n}", _units(rule, settings), shape, _block, (rule, d, n, settings))
+
+
+def _block(rule: Rule, d: int, n: int, settings: Settings, k: int) -> Array:
+    """Moments of the errors in block k, by integrand; last, the most evaluations that a replicate took."""
+    functions = list(instances(d, settings.instances, rng=[settings.seed, d]))
+    start = k * _REPLICATES_OF_A_UNIT
+    numbers = range(start, min(start + _REPLICATES_OF_A_UNIT, _replicates(rule, settings)))
+    made = [rule.estimate(functions, n, np.random.default_rng([settings.seed, d, n, number])) for number in numbers]
+    errors = np.stack([estimates for estimates, _ in made], -1) - np.array([[f.integral] for f in functions])
+    evaluations = np.full((3, 2, 1), max(used for _, used in made), dtype=float)
+    return np.concatenate([Moments.of(errors).packed(), evaluations], -1)
+
+
+def _join(a: Array, b: Array) -> Array:
+    return np.concatenate([add_packed(a[..., :-1], b[..., :-1]), np.maximum(a, b)[..., -1:]], -1)
+
+
+def _cells(store: _Store, work: Sequence[Work], settings: Settings, pool: Pool, advance: Advance) -> Iterator[Cell]:
+    """The cells as they were measured before, or now."""
+    missing = [one for one in work if store.get(*one) is None]
+    measured = measure(missing, settings, pool, advance)
+    for rule, d, n in work:
+        if (cell := store.get(rule, d, n)) is None:
+            cell = store.put(next(measured))
+        else:
+            advance(f"{rule.name}-{d}d-{n}", _units(rule, settings))
+        yield cell
 
 
 def _log_mse(cell: Cell, settings: Settings) -> NDArray[np.float64]:
