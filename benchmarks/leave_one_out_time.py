@@ -1,40 +1,51 @@
-"""Time per evaluation of the leave-one-out rule on one core, beyond the integrand's own.
+"""CPU time per evaluation of the leave-one-out rules, beyond the integrand's own.
 
+Orders on grids of about a thousand strata, kriging on grids of several sizes, with the sets that vq.quad draws.
 Writes benchmarks/results/leave_one_out_time.csv.
 
-    python benchmarks/leave_one_out_time.py
+    OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/leave_one_out_time.py
 """
 
 import csv
+import math
 import time
 from pathlib import Path
 
 from voroquad.leave_one_out import HIGHEST_ORDER, fit_strata, stencil
+from voroquad.quadrature import largest_grid
 from voroquad.samplers import sample
 
 RESULTS = Path(__file__).parent / "results" / "leave_one_out_time.csv"
 
 
-def microseconds(d: int, n: int, order: int) -> float:
+def microseconds(d: int, n: int, order: int | str) -> float:
     """The least of five, per sample."""
-    samples, times = sample("stratified", n, d, rng=1), []
+    samples, times = sample("multi-jittered", n, d, rng=1), []
     for _ in range(5):
-        start = time.perf_counter()
+        start = time.process_time()
         fit_strata(samples, order, threads=1)
-        times.append(time.perf_counter() - start)
+        times.append(time.process_time() - start)
     return 1e6 * min(times) / n
 
 
 def main() -> None:
-    rows = [["d", "n", "order", "width", "microseconds_per_evaluation"]]
-    for d, n in ((1, 1024), (2, 1024), (3, 1000), (4, 1296)):
+    rows: list[list[object]] = [["d", "strata", "order", "width", "microseconds_per_evaluation"]]
+    for d in (1, 2, 3, 4):
+        shape = largest_grid(1296, d)
         for order in range(1, min(HIGHEST_ORDER[d], 8 if d < 3 else 6) + 1):
-            shape = sample("stratified", n, d).strata
-            assert shape is not None
-            rows.append([d, n, order, stencil(order, shape).width[0], f"{microseconds(d, n, order):.2f}"])
-            print(*rows[-1], flush=True)
-    with RESULTS.open("w", newline="") as file:
+            rows.append(line(shape, order, stencil(order, shape).width[0]))
+    for d in (2, 3, 4):
+        for n in (128, 512, 1024, 2048):
+            rows.append(line(largest_grid(n, d), "kriging", ""))
+    with RESULTS.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(rows)
+
+
+def line(shape: tuple[int, ...], order: int | str, width: int | str) -> list[object]:
+    time_taken = microseconds(len(shape), math.prod(shape), order)
+    row: list[object] = [len(shape), "×".join(map(str, shape)), order, width, f"{time_taken:.2f}"]
+    print(*row, flush=True)
+    return row
 
 
 if __name__ == "__main__":
