@@ -72,6 +72,7 @@ def measure(page: Page, url: str, weights: str, options: argparse.Namespace) -> 
     field = page.get_by_label("N, samples of a set")
     field.fill(str(options.n))
     field.press("Enter")
+    page.get_by_text(f"n={options.n}, d=2").wait_for()
     page.get_by_label("Weights", exact=True).first.select_option(label=weights)
     page.get_by_role("button", name="Pause").click()
     time.sleep(3)
