@@ -174,23 +174,34 @@ def _band(shot: Shot, table: SampleTable | None, shape: tuple[int, ...], spp: in
     """Seconds that it took, then the strip of band k, filled up to `shape`."""
     from .render import one_line_errors
 
-    with _last.lock:
-        if "VOROQUAD_NUM_THREADS" in os.environ:
-            dr.set_thread_count(thread_count(None))
+    with _last.lock, one_line_errors():
         scene, integrator = shot.loaded()
         if table is not None:
             integrator.take(table)
-        with one_line_errors():
+        with _threads():
             if shot.plugin not in _last.compiled:  # the first row of all, not to count the time that it takes
                 integrator.band_means(scene, scene.sensors()[0], seed, spp, range(1))
                 _last.compiled.add(shot.plugin)
             start = time.perf_counter()
             strip = integrator.render_band(scene, scene.sensors()[0], seed, spp, k)
-        seconds = time.perf_counter() - start
+            seconds = time.perf_counter() - start
     value = np.zeros(1 + math.prod(shape))
     value[0] = seconds
     value[1 : 1 + strip.size] = strip.ravel()
     return value
+
+
+@contextmanager
+def _threads() -> Iterator[None]:
+    """Render on as many threads as VOROQUAD_NUM_THREADS says; Mitsuba reads and writes images on two at least."""
+    before = dr.thread_count()
+    if "VOROQUAD_NUM_THREADS" in os.environ:
+        dr.set_thread_count(thread_count(None))
+    try:
+        yield
+    finally:
+        if dr.thread_count() != before:
+            dr.set_thread_count(before)
 
 
 def scene_files(path: Path) -> list[Path]:

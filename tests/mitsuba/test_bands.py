@@ -1,0 +1,41 @@
+"""Units of images."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+
+import pytest
+
+from voroquad.mitsuba.bands import scene_files
+
+
+def test_files_that_a_scene_names(tmp_path):
+    (tmp_path / "maps").mkdir()
+    for name in ("scene/a.xml", "scene/part.xml", "maps/one.png", "maps/two.exr", "scene/mesh.ply"):
+        (tmp_path / name).parent.mkdir(exist_ok=True)
+        (tmp_path / name).write_text("")
+    (tmp_path / "scene/a.xml").write_text(
+        '<scene version="3.0.0"> <include filename="part.xml"/>'
+        '<shape type="ply"> <string name="filename" value="mesh.ply"/> </shape>'
+        '<texture type="bitmap"> <string name="filename" value="../maps/one.png"/> </texture>'
+        '<string name="filename" value="missing.png"/> <string name="id" value="mesh.ply"/> </scene>'
+    )
+    (tmp_path / "scene/part.xml").write_text(
+        '<scene version="3.0.0"> <emitter type="envmap"> <string name="filename" value="../maps/two.exr"/> </emitter>'
+        "</scene>"
+    )
+    found = {path.resolve().relative_to(tmp_path).as_posix() for path in scene_files(tmp_path / "scene/a.xml")}
+    assert found == {"scene/a.xml", "scene/part.xml", "scene/mesh.ply", "maps/one.png", "maps/two.exr"}
+
+
+@pytest.mark.parametrize("threads", ["1", "2"])
+def test_a_render_on_any_number_of_threads(tmp_path, threads):
+    """Mitsuba waits forever where it writes an image on one thread."""
+    code = "from voroquad.mitsuba.render import render; import sys\n"
+    code += "render('depth-of-field', sys.argv[1], spp=4, size=(24, 16), show_progress=False)"
+    for name in ("a.exr", "b.exr"):
+        environment = os.environ | {"VOROQUAD_NUM_THREADS": threads if name == "a.exr" else "3"}
+        subprocess.run([sys.executable, "-c", code, tmp_path / name], env=environment, check=True, timeout=300)
+    assert (tmp_path / "a.exr").read_bytes() == (tmp_path / "b.exr").read_bytes()
