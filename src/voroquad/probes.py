@@ -1,0 +1,52 @@
+"""Measures of Voronoi cells in many dimensions, by counting the probes that fall into each."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+from scipy.stats import qmc
+
+Array = NDArray[np.float64]
+
+#: Probes per sample.
+PROBES = 256
+
+_SEED = 20
+_BLOCK = 2**16  # probes in memory at a time
+
+
+def probed_measures(points: Array, threads: int) -> Array:
+    """The share of probes nearest to each point.
+
+    Parameters
+    ----------
+    points : ndarray, (n, d) or (sets, n, d)
+        Points of the unit box. Points that coincide share their cell equally.
+    threads : int
+        Number of threads; the result does not depend on it.
+
+    Returns
+    -------
+    ndarray, (n,) or (sets, n)
+        They sum to 1.
+
+    Notes
+    -----
+    The probes are M ≥ 256 n scrambled Sobol' points, always the same. As independent ones they would count a
+    cell of measure v with a standard error of (v (1 − v) / M)^½, 6 % of a cell of measure 1/n, and add
+    1/256 of the variance of the plain mean to an estimate; Sobol' points do no worse to speak of.
+    """
+    if points.ndim == 3:
+        return np.stack([probed_measures(one, threads) for one in points])
+    n, d = points.shape
+    distinct, place, copies = np.unique(points, axis=0, return_inverse=True, return_counts=True)
+    tree, counts = cKDTree(distinct), np.zeros(len(distinct))
+    probes = qmc.Sobol(d, rng=_SEED)
+    total = 1 << (PROBES * n - 1).bit_length()
+    block = min(total, _BLOCK)
+    for _ in range(total // block):
+        _, nearest = tree.query(probes.random(block), workers=threads)
+        counts += np.bincount(nearest, minlength=len(distinct))
+    place = place.reshape(-1)
+    return (counts / copies / total)[place]
