@@ -24,10 +24,16 @@ _LONGEST_RUN = 2**10
 BAND_RAYS = 2**23
 
 
+def quotient(index: mi.UInt32, n: int) -> mi.UInt32:
+    """index // n, with one kernel for all n of a kind: a shift for powers of two, as processors divide slowly."""
+    shift = n.bit_length() - 1
+    return index >> dr.opaque(mi.UInt32, shift) if 1 << shift == n else index // dr.opaque(mi.UInt32, n)
+
+
 def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Floats:
     """Means (pixels, len(values)) over the `spp` consecutive rays of each pixel; `index` numbers the rays."""
     run = min(spp & -spp, _LONGEST_RUN)  # the largest power of two that divides spp
-    place = index // dr.opaque(mi.UInt32, run)
+    place = quotient(index, run)
     sums = [dr.zeros(mi.Float, dr.width(index) // run) for _ in values]
     for total, value in zip(sums, values, strict=True):
         dr.scatter_reduce(dr.ReduceOp.Add, total, value, place)

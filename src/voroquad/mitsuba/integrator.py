@@ -16,7 +16,7 @@ from .._checks import one_of, positive_int
 from ..samplers import DESIGNS, sample
 from ..tables import SampleTable
 from ..weights import find_rule
-from .accumulation import Floats, Footprint, Pass, pixel_means
+from .accumulation import Floats, Footprint, Pass, pixel_means, quotient
 from .bands import table_of
 from .blend import TILE
 from .domains import CameraSample, Domain, Joint, find_domain
@@ -137,8 +137,8 @@ class Plain(ADIntegrator):
         band = band or range(height)
 
         index = dr.arange(mi.UInt32, width * len(band) * spp)
-        pixel_index = index // dr.opaque(mi.UInt32, spp)
-        row_of_band = pixel_index // dr.opaque(mi.UInt32, width)
+        pixel_index = quotient(index, spp)
+        row_of_band = pixel_index // int(width)  # a literal: multiplied by its inverse
         column = pixel_index - row_of_band * width
         row = row_of_band + dr.opaque(mi.UInt32, band.start)
         corner = mi.Point2i(mi.Int32(column), mi.Int32(row)) + mi.ScalarPoint2i(film.crop_offset())
@@ -464,11 +464,11 @@ class Reweighted(Plain):
 
         The pixels of a checkerboard's halves share no set, so that one half may choose λ for the other.
         """
-        group = index // dr.opaque(mi.UInt32, self._n)
+        group = quotient(index, self._n)
         if self.reuse == "tile":
             place = (corner.x & (TILE - 1)) + TILE * (corner.y & (TILE - 1))
             groups = spp // self._n
-            key = mi.UInt32(place) * groups + (group - (index // dr.opaque(mi.UInt32, spp)) * groups)
+            key = mi.UInt32(place) * groups + (group - quotient(index, spp) * groups)
         else:
             key = group
         hashed, _ = mi.sample_tea_32(key, self._seed)

@@ -10,8 +10,6 @@ import drjit as dr
 import mitsuba as mi
 from mitsuba.python.ad.integrators.common import ADIntegrator
 
-_INFINITE = 2**32 - 1  # how Mitsuba's integrators keep max_depth = −1
-
 
 @dataclass
 class Light:
@@ -54,7 +52,8 @@ class FirstHit:
 
     with ω_e the emitter sample, ω_b the BSDF sample, m the weights of the two, L_e what emitters send and L_i what
     surfaces reflect. The first term is a function of the emitter sample alone. L_i is what the nested integrator,
-    one bounce shorter, finds along ω_b, less the emission that it meets first.
+    one bounce shorter, finds along ω_b, less the emission that it meets first; here the loop of `_onward` finds it, as
+    Mitsuba's path tracers do, from the BSDF sample that is traced already.
     """
 
     def __init__(self, nested: mi.Integrator) -> None:
@@ -70,13 +69,7 @@ class FirstHit:
                 "domain 'light' needs a nested integrator that takes one emitter sample and at most one BSDF sample, "
                 f"got {' '.join(str(nested).split())}; take more samples per pixel instead, or a greater max_depth"
             )
-        self._indirect = None
-        if depth > 2:
-            shorter = {
-                "max_depth": -1 if depth == _INFINITE else depth - 1,
-                "rr_depth": max(1, settings["rr_depth"] - 1),
-            }
-            self._indirect = mi.load_dict({"type": "path", **shorter})
+        self.depth, self.rr_depth = depth, settings.get("rr_depth", depth)
 
     def trace(self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, u: mi.Point2f, active: mi.Bool) -> Light:
         """Light along camera rays, with the emitter sample u at their first hits."""
@@ -105,17 +98,53 @@ class FirstHit:
         on = reflects & dr.any(weight != 0)
         onward = hit.spawn_ray(hit.to_world(drawn.wo))
         onward.wavelengths = ray.wavelengths
-        met = scene.ray_intersect(onward, on)
-        met_emission = met.emitter(scene).eval(met, on)
-        smooth = ~mi.has_flag(drawn.sampled_type, mi.BSDFFlags.Delta)
-        back = mi.DirectionSample3f(scene, met, hit)
-        by_emitters = scene.pdf_emitter_direction(hit, back, on & smooth)
-        rest = emission + weight * met_emission * dr.select(smooth, _share(drawn.pdf, by_emitters), 1)
+        found = self._onward(scene, sampler, onward, hit, drawn, weight, on)
+        return Light(sampled, emission + found, active & valid)
 
-        if self._indirect is not None:
-            along, _, _ = self._indirect.sample(scene, sampler, mi.RayDifferential3f(onward), None, on)
-            rest += dr.select(on, weight * (along - met_emission), 0)
-        return Light(sampled, rest, active & valid)
+    @dr.syntax  # type: ignore[untyped-decorator]
+    def _onward(
+        self, scene: mi.Scene, sampler: mi.Sampler, onward: Any, hit: Any, drawn: Any, weight: Any, on: mi.Bool
+    ) -> Any:
+        """Light by the BSDF sample of the first hit: what emits where it leads, and what is reflected from there on."""
+        light = mi.Spectrum(0)
+        ray, active = mi.Ray3f(onward), mi.Bool(on)
+        throughput, eta = mi.Spectrum(weight), mi.Float(drawn.eta)
+        before, pdf = mi.SurfaceInteraction3f(hit), mi.Float(drawn.pdf)
+        smooth = ~mi.has_flag(drawn.sampled_type, mi.BSDFFlags.Delta)
+        edges = mi.UInt32(2)  # from the camera to where the ray leads
+        while active:
+            here = scene.ray_intersect(ray, active)
+            by_emitters = scene.pdf_emitter_direction(
+                before, mi.DirectionSample3f(scene, here, before), active & smooth
+            )
+            share = dr.select(smooth, _share(pdf, by_emitters), 1)
+            light += dr.select(active, throughput * share * here.emitter(scene).eval(here, active), 0)
+            active &= here.is_valid() & (edges < self.depth)
+
+            context = mi.BSDFContext()
+            bsdf = here.bsdf(ray)
+            lit = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
+            direction, radiance = scene.sample_emitter_direction(here, sampler.next_2d(), True, lit)
+            lit &= direction.pdf != 0
+            value, pdf = bsdf.eval_pdf(context, here, here.to_local(direction.d), lit)
+            share = dr.select(direction.delta, 1, _share(direction.pdf, pdf))
+            light += dr.select(lit, throughput * share * value * radiance, 0)
+
+            sample, weight = bsdf.sample(context, here, sampler.next_1d(), sampler.next_2d(), active)
+            ray = here.spawn_ray(here.to_world(sample.wo))
+            throughput *= weight
+            eta *= sample.eta
+            before, pdf = here, sample.pdf
+            smooth = ~mi.has_flag(sample.sampled_type, mi.BSDFFlags.Delta)
+
+            # Russian roulette
+            largest = dr.max(mi.unpolarized_spectrum(throughput))
+            survival = dr.minimum(largest * dr.square(eta), 0.95)
+            plays = edges >= self.rr_depth
+            throughput = dr.select(plays, throughput * dr.rcp(dr.detach(survival)), throughput)
+            active &= (largest != 0) & (~plays | (sampler.next_1d() < survival))
+            edges += 1
+        return light
 
     def _first_hit(self, scene: mi.Scene, ray: Any, active: mi.Bool) -> Any:
         """Where camera rays arrive; past area emitters, if those are hidden."""
