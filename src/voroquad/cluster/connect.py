@@ -50,13 +50,19 @@ def connected(
         if scheduler is None and workers is None:
             yield InProcess(kept)
         else:
-            # Its messages of lost connections and restarted workers are not for the user: what matters is raised
-            logging.getLogger("distributed").setLevel(logging.CRITICAL + 1)
+            _silence_dask()
             client = stack.enter_context(_client(scheduler, workers))
             print(f"voroquad: dashboard {client.dashboard_link}", file=sys.stderr)
             yield OnDask(client, kept)
         if store is None:
             kept.delete()
+
+
+def _silence_dask() -> None:
+    """No messages, with tracebacks, of lost connections and restarted workers: what matters is raised."""
+    for name in logging.root.manager.loggerDict:
+        if name.split(".")[0] in ("distributed", "tornado"):
+            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
 
 
 @contextmanager
