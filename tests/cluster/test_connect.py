@@ -11,10 +11,15 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import dask.config
+import numpy as np
 import psutil
 import pytest
+import trustme
+from distributed import LocalCluster, Security
 
 from voroquad.cluster import connected
+from voroquad.units import Series
 
 STUDY = ["--replicates", "20", "--max-n", "32", "--seed", "4"]
 ENVIRONMENT = os.environ | {"VOROQUAD_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
@@ -81,6 +86,32 @@ def test_a_store_in_one_process_keeps_units(tmp_path):
     with connected(None, None, str(tmp_path / "store"), tmp_path / "out") as pool:
         pool.begin({"seed": 1})
     assert (tmp_path / "store").is_dir()
+
+
+def test_certificates(tmp_path):
+    """Of an authority of our own: with them all works, and without them nobody comes in."""
+    authority = trustme.CA()
+    authority.cert_pem.write_to_path(tmp_path / "ca.pem")
+    authority.issue_cert("127.0.0.1").private_key_and_cert_chain_pem.write_to_path(tmp_path / "node.pem")
+    node = str(tmp_path / "node.pem")
+    sides = {f"tls_{side}_{part}": node for side in ("scheduler", "worker", "client") for part in ("cert", "key")}
+    security = Security(tls_ca_file=str(tmp_path / "ca.pem"), require_encryption=True, **sides)
+    options = {"host": "127.0.0.1", "dashboard_address": None, "silence_logs": 60}
+    with LocalCluster(n_workers=1, processes=False, protocol="tls://", security=security, **options) as cluster:
+        address = cluster.scheduler_address
+        assert address.startswith("tls://127.0.0.1:")
+        with pytest.raises(ValueError, match="wants certificates"), connected(address, None, None, tmp_path / "out"):
+            pass
+        with (
+            pytest.raises(ConnectionError, match="no scheduler answers"),
+            connected(address.replace("tls", "tcp"), None, None, tmp_path / "out"),
+        ):
+            pass
+        tls = "distributed.comm.tls"
+        configured = {f"{tls}.ca-file": str(tmp_path / "ca.pem"), f"{tls}.client.cert": node, f"{tls}.client.key": node}
+        with dask.config.set(configured), connected(address, None, None, tmp_path / "out") as pool:
+            series = Series("s", 3, (2,), np.full, ((2,),))
+            assert [v.tolist() for v in pool.values([series], lambda name, steps: None)] == [[k, k] for k in range(3)]
 
 
 @pytest.mark.slow

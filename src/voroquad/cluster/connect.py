@@ -82,5 +82,10 @@ def _client(scheduler: str | None, workers: int | None) -> Iterator[Client]:
         client = Client(scheduler, timeout=10)
     except (OSError, TimeoutError) as error:
         raise ConnectionError(f"no scheduler answers at {scheduler} ({error}); start one: dask scheduler") from None
+    except TypeError:  # Dask's, of tls:// without certificates
+        raise ValueError(
+            f"{scheduler} wants certificates: name them in Dask's configuration, such as "
+            "DASK_DISTRIBUTED__COMM__TLS__CA_FILE, __CLIENT__CERT and __CLIENT__KEY"
+        ) from None
     with client:
         yield client

@@ -31,6 +31,8 @@ VARIANT, SPECTRAL_VARIANT = "llvm_ad_rgb", "llvm_ad_spectral"
 DEFAULT_SPP = 64
 #: Samples per pixel of a round at most, unless asked for
 LONGEST_ROUND = 256
+#: Where rounds come fast, from many workers: time between two images of them over the time to write one
+PICTURES = 10
 #: Rounds before their error is trusted
 FEWEST_TO_JUDGE = 4
 
@@ -320,7 +322,8 @@ def render(
         ``out.state.npz`` are on disk; a render that is resumed ends with the same bits as one that is not interrupted.
     pool : Pool
         What computes the units of work, such as :class:`voroquad.cluster.OnDask`; the image is the same bits. One that
-        keeps finished units goes on from those, and leaves no state beside the image.
+        keeps finished units goes on from those, leaves no state beside the image, and writes the image so far only as
+        often as that takes a tenth of the time.
     show_progress : bool
         A progress bar on standard error.
 
@@ -366,7 +369,7 @@ def render(
         camera.series(f"round-{k}", plan.n, round_seed(seed, k), round_seed(seed, k))
         for k in itertools.takewhile(lambda k: plan.rounds is None or k < plan.rounds, numbers)
     )
-    start, here = time.monotonic(), 0
+    start, here, next_image = time.monotonic(), 0, -math.inf
     with progress_bar(None, show=show_progress and (plan.several or bands > 1)) as advance:
         end = plan.rounds if rounds is None else plan.end(rounds, 0, 0)
         advance(_progress(rounds), rounds.count * bands if rounds else 0, end and end * bands)
@@ -378,8 +381,11 @@ def render(
             here += 1
             if plan.several and not pool.keeps:
                 rounds.save(state_path(out), key)
-            write_rounds(loaded, integrator, rounds, out)
             end = plan.end(rounds, time.monotonic() - start, here)
+            if not pool.keeps or time.monotonic() >= next_image or rounds.count == end:
+                begun = time.monotonic()
+                write_rounds(loaded, integrator, rounds, out)
+                next_image = time.monotonic() + PICTURES * (time.monotonic() - begun)
             advance(_progress(rounds), 0, end and end * bands)
     image = rounds.image
     height, width = image.shape[:2]
