@@ -2,7 +2,8 @@
 
 Random members of the eight families, many sets each, for several dimensions and numbers of evaluations: the share of
 intervals that hold the integral, by family and on average. Members and sets are others than those that
-calibrate_errors.py fitted the error bar to. Writes benchmarks/results/coverage.csv, line by line.
+calibrate_errors.py fitted the error bar to. Writes benchmarks/results/coverage.csv; the lines of
+dimensions that are not measured stay.
 
     python benchmarks/coverage.py [--dimensions 1,2] [--sets 200]
 """
@@ -19,6 +20,7 @@ from voroquad._checks import whole_numbers
 from voroquad.study.genz import FAMILIES, instances
 
 RESULTS = Path(__file__).parent / "results" / "coverage.csv"
+HEAD = ["d", "n", "evaluations", *FAMILIES, "mean", "least"]
 EVALUATIONS = {
     1: (8, 16, 32, 64, 128, 512, 2048),
     2: (16, 32, 64, 128, 256, 512, 1024, 2048),
@@ -55,16 +57,25 @@ def main() -> None:
     options = parser.parse_args()
     warnings.filterwarnings("ignore", category=vq.IntegrationWarning)
 
+    dimensions = whole_numbers("dimensions", options.dimensions)
+    rows = [row for row in measured() if int(row[0]) not in dimensions]
+    for d in dimensions:
+        for n in EVALUATIONS[d]:
+            used, shares = coverage(d, n, options.members, options.sets, options.seed)
+            rows.append([str(d), str(n), str(used), *(f"{s:.3f}" for s in (*shares, shares.mean(), shares.min()))])
+            print(*rows[-1], flush=True)
     with RESULTS.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
-        table.writerow(["d", "n", "evaluations", *FAMILIES, "mean", "least"])
-        for d in whole_numbers("dimensions", options.dimensions):
-            for n in EVALUATIONS[d]:
-                used, shares = coverage(d, n, options.members, options.sets, options.seed)
-                line = [d, n, used, *(f"{s:.3f}" for s in (*shares, shares.mean(), shares.min()))]
-                table.writerow(line)
-                file.flush()
-                print(*line, flush=True)
+        table.writerow(HEAD)
+        table.writerows(sorted(rows, key=lambda row: (int(row[0]), int(row[1]))))
+
+
+def measured() -> list[list[str]]:
+    """The lines that are there."""
+    if not RESULTS.exists():
+        return []
+    with RESULTS.open(newline="", encoding="utf-8") as file:
+        return list(csv.reader(file))[1:]
 
 
 if __name__ == "__main__":

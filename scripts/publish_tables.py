@@ -100,6 +100,19 @@ def rules_table(d: int) -> Callable[[], str]:
     return table
 
 
+def by_dimension_table() -> str:
+    """What weights of independent samples gain over equal ones, dimension by dimension."""
+    measured = read(RESULTS / "rules_by_dimension.csv")
+    rules, families = (list(dict.fromkeys(r[key] for r in measured)) for key in ("rule", "family"))
+    rows = [["d"]]
+    for family in families:
+        rows[0] += [f"{family}: {rules[0]}", *rules[1:]]
+    for d in dict.fromkeys(r["d"] for r in measured):
+        gains = {(r["family"], r["rule"]): short(float(r["gain"])) for r in measured if r["d"] == d}
+        rows.append([d, *(gains[family, rule] for family in families for rule in rules)])
+    return markdown(rows, "l")
+
+
 def other_noise_table() -> str:
     """What weights cost where their domain is the least of the noise."""
     rows = [["lens samples, 64 spp", "variance, weighted over plain"]]
@@ -130,6 +143,18 @@ def neighbours_table() -> str:
         mse = {r["rule"]: float(r["mse"]) for r in measured if (r["f"], r["n"]) == (f, n)}
         rows.append([f, n, *(scientific(mse[rule]) for rule in rules)])
     return markdown(rows, "l")
+
+
+def cubic_table() -> str:
+    """MSE of vq.quad and of cubic stratification, at each of their orders."""
+    measured = read(RESULTS / "cubic_stratification.csv")
+    names = {"smooth-2d": "smooth", "gaussian": "narrow Gaussian", "kink-2d": "kink", "half-plane": "half-plane"}
+    rows = [["rule", "order", *names.values()]]
+    for rule, order in dict.fromkeys((r["rule"], r["order"]) for r in measured):
+        own = {r["function"]: r for r in measured if (r["rule"], r["order"]) == (rule, order)}
+        mse = {f: scientific(float(own[f]["mse"])) for f in names}
+        rows.append([rule, order, *(f"**{mse[f]}**" if own[f]["best"] else mse[f] for f in names)])
+    return markdown(rows, "ll")
 
 
 def cells_table() -> str:
@@ -213,12 +238,14 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
     "bias.md": {"bias-tables": bias_table, "order0": order0_table},
     "rules.md": {
         "decision": decision_table,
+        "by-dimension": by_dimension_table,
         "other-noise": other_noise_table,
         "rules-1": rules_table(1),
         "rules-2": rules_table(2),
     },
     "peers.md": {
         "quad": lambda: quad_table(ROOT),
+        "cubic": cubic_table,
         "neighbours": neighbours_table,
         "cells": cells_table,
         "gain": gain_table,
