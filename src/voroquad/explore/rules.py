@@ -22,13 +22,16 @@ WEIGHTS = {
     "leave-one-out": "leave-one-out",
 }
 
+#: Of sets without strata: above it, weights of a thousand samples in the plane take seconds, too long to follow a hand
+HIGHEST_ORDER = 3
+
 _TITLES = {"regular": "regular grid", "sobol": "Sobol'", "halton": "Halton", "zero-two": "(0,2)-sequence"}
 #: Every sampler, by its name in ``voroquad.sample``, with the name to show.
 SAMPLERS = {design: _TITLES.get(design, design) for design in DESIGNS}
 
 
 def offered(design: str, d: int) -> dict[str, list[int]]:
-    """The weights that a set of that design can have, each with its orders."""
+    """The weights that a set of that design can have, each with those of its orders that can follow a hand."""
     probe = SampleSet(np.full((1, d), 0.5), design, (1,) * d if design in GRIDDED else None)
     orders = {
         weights: sorted(
@@ -37,7 +40,7 @@ def offered(design: str, d: int) -> dict[str, list[int]]:
                 for rule in RULES
                 if rule.debias == weights
                 for p in rule.orders
-                if isinstance(p, int) and rule.covers(probe, p)
+                if isinstance(p, int) and (design in GRIDDED or p <= HIGHEST_ORDER) and rule.covers(probe, p)
             }
         )
         for weights in WEIGHTS
