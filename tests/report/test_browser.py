@@ -361,7 +361,7 @@ def test_what_has_no_number_comes_last(flat, visit, make_comparison, tmp_path):
         assert column(page, 1)[0] == first
         assert column(page, 1)[-1] == "weighted"
     page.get_by_text("16 spp", exact=True).first.click()
-    assert page.locator(".card:visible .name").all_inner_texts() == ["Reference", "plain", "other"]
+    expect(page.locator(".card:visible .name")).to_have_text(["Reference", "plain", "other"])
 
 
 def test_ratios_are_to_the_chosen_baseline(flat, opened):
