@@ -90,8 +90,8 @@ class Cluster:
         protocol = self.address.split(":")[0]
         return self._start(
             number, "worker", self.address, "--nthreads", "1", "--host", f"{protocol}://{self.hosts[number]}",
-            "--no-dashboard", "--local-directory", str(self.folder / f"worker-{number}"),
-            "--preload", str(self.folder / "count.py"),
+            "--dashboard-address", f"{self.hosts[number]}:0", "--preload", str(self.folder / "count.py"),
+            "--local-directory", str(self.folder / f"worker-{number}"),
         )  # fmt: skip
 
     def processes(self) -> list[psutil.Process]:

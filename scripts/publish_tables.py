@@ -229,12 +229,44 @@ def order0_table() -> str:
     return markdown(rows, "lll")
 
 
+# ---------------------------------------------------------------------- docs/scaling.md
+
+
+def cluster_table() -> str:
+    """What the checks on real Dask processes saw."""
+    return markdown([["", ""], *([row["what"], row["seen"]] for row in read(RESULTS / "cluster.csv"))], "ll")
+
+
+def costs_table() -> str:
+    """Costs of units; of a study's, the range over designs and N."""
+    rows = read(RESULTS / "scaling_costs.csv")
+    samples = [float(row["value"]) for row in rows if row["unit"] == "s/sample"]
+    others = [row for row in rows if row["unit"] != "s/sample"]
+    body = [["study, a sample", f"{micro(min(samples))} to {micro(max(samples))} µs"]]
+    body += [[row["cost"], f"{micro(float(row['value']))} µs{row['unit'].removeprefix('s')}"] for row in others]
+    return markdown([["", "processor time"], *body], "l")
+
+
+def micro(seconds: float) -> str:
+    """Microseconds to three digits."""
+    return f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
+
+
+def scaling_table() -> str:
+    """Predicted times."""
+    heads = "job,units,s/unit,workers,hours,speed-up,client busy,scheduler busy,client full at,scheduler full at"
+    keys = "job,units,unit_seconds,workers,hours,speedup,client_busy,scheduler_busy,client_full_at,scheduler_full_at"
+    rows = [[row[key] for key in keys.split(",")] for row in read(RESULTS / "scaling.csv")]
+    return markdown([heads.split(","), *rows], "l")
+
+
 TABLES: dict[str, dict[str, Callable[[], str]]] = {
     "quadrature.md": {
         "weight-bounds": weight_bounds_table,
         "coverage": coverage_table,
         "families": families_table,
     },
+    "scaling.md": {"cluster": cluster_table, "scaling-costs": costs_table, "scaling": scaling_table},
     "bias.md": {"bias-tables": bias_table, "order0": order0_table},
     "rules.md": {
         "decision": decision_table,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
@@ -81,7 +82,8 @@ def _client(scheduler: str | None, workers: int | None) -> Iterator[Client]:
     try:
         client = Client(scheduler, timeout=10)
     except (OSError, TimeoutError) as error:
-        raise ConnectionError(f"no scheduler answers at {scheduler} ({error}); start one: dask scheduler") from None
+        why = re.sub(r"in <.*?>: ", "", str(error.__cause__ or error))
+        raise ConnectionError(f"no scheduler answers at {scheduler} ({why}); start one: dask scheduler") from None
     except TypeError:  # Dask's, of tls:// without certificates
         raise ValueError(
             f"{scheduler} wants certificates: name them in Dask's configuration, such as "
