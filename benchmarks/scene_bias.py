@@ -42,11 +42,12 @@ def measure(stage: Stage, rule: str, design: str, settings: dict[str, object]) -
     noisy = both > (1e-6 * reference) ** 2
     # Degrees of freedom after Welch and Satterthwaite
     free = both**2 / (variance**2 / (RENDERS - 1) + reference_variance**2 / (REFERENCE_ROUNDS - 1) + 1e-60)
-    z, free = (mean / np.sqrt(both))[noisy], free[noisy]
+    score = np.divide(mean, np.sqrt(both), out=np.zeros_like(mean), where=noisy)
+    z, free = score[noisy], free[noisy]
     p = 2 * stats.t.sf(np.abs(z), free)
     threshold = 1 - (1 - 0.01) ** (1 / z.size)
     passing = float((p > threshold).mean())
-    of_pixels = np.where(noisy, mean / np.sqrt(both), 0).mean(-1)
+    of_pixels = score.mean(-1)
     numbers = f"{passing:.5f},{p.min():.2e},{threshold:.2e},{(z**2).mean():.4f},{(free / (free - 2)).mean():.4f}"
     error = of_pixels.std() / np.sqrt(of_pixels.size)
     return [

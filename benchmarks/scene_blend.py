@@ -5,7 +5,7 @@
 Scene after scene goes to benchmarks/results/scene_blend.csv; what is there already is not measured again. MSE as in
 scene_domains.py, means over SEEDS renders of 64 samples per pixel. `blend_mse` is that of the same samples with
 blend="auto", `ratio` the one over the other with its standard error (pairs). Mitsuba's orthogonal sampler makes no 64
-samples: it has 49, and so has the best of ours beside it.
+samples: it has 49 in benchmarks/results/scene_blend_49.csv, and so have some of ours beside it.
 """
 
 from __future__ import annotations
@@ -14,55 +14,72 @@ import numpy as np
 from scene_measures import CASES, Rows, Stage, mean_and_error, ratio_and_error, run
 
 SEEDS = 8
-SPP, SPP_ORTHOGONAL = 64, 49
 COLUMNS = "scene,samples,domain,all_else,spp,mse,mse_error,weighted_mse,blend_mse,ratio,ratio_error,mean_lambda"
 
 
-def measure(stage: Stage) -> Rows:
-    """Rows of a scene."""
-    reference, variance = stage.reference()
-    own = float(variance.mean())
-    case = stage.case
-    rows: Rows = []
+class Errors:
+    """The rows of a scene, at so many samples per pixel."""
 
-    def mse(image: np.ndarray) -> float:
-        return float(((image - reference) ** 2).mean()) - own
+    def __init__(self, stage: Stage, spp: int) -> None:
+        self.stage, self.spp = stage, spp
+        self.reference, variance = stage.reference()
+        self.own = float(variance.mean())
+        self.rows: Rows = []
 
-    def unweighted(samples: str, domain: str, nested: str, spp: int = SPP) -> None:
+    def mse(self, image: np.ndarray) -> float:
+        """Against the reference, less its own."""
+        return float(((image - self.reference) ** 2).mean()) - self.own
+
+    def unweighted(self, samples: str, domain: str, nested: str) -> None:
+        """Add samples with equal weights: Mitsuba's, or sets of a domain inside a sampler of Mitsuba's."""
         errors = []
         for seed in range(SEEDS):
             if samples == "Mitsuba":
-                integrator = stage.mitsubas(nested, 100 + seed)
+                integrator = self.stage.mitsubas(nested, 100 + seed)
             else:
-                integrator = stage.sets(domain, samples, 100 + seed, nested, weighted=False, blend="off")
-            errors.append(mse(stage.image(integrator, spp, seed)))
+                integrator = self.stage.sets(domain, samples, 100 + seed, nested, weighted=False, blend="off")
+            errors.append(self.mse(self.stage.image(integrator, self.spp, seed)))
         numbers = [f"{x:.4e}" for x in mean_and_error(errors)]
-        rows.append([case.scene, samples, domain, nested, spp, *numbers, "", "", "", "", ""])
+        self.rows.append([self.stage.case.scene, samples, domain, nested, self.spp, *numbers, "", "", "", "", ""])
 
-    def blended(samples: str, nested: str) -> None:
-        errors, lambdas = [], []
+    def blended(self, samples: str, nested: str) -> None:
+        """Add sets of the scene's domain with equal weights, with weights and with blend."""
+        case, errors, lambdas = self.stage.case, [], []
         for seed in range(SEEDS):
-            integrator = stage.sets(case.domain, samples, 100 + seed, nested)
-            *images, share = stage.three(integrator, SPP, seed)
-            errors.append([mse(image) for image in images])
+            integrator = self.stage.sets(case.domain, samples, 100 + seed, nested)
+            *images, share = self.stage.three(integrator, self.spp, seed)
+            errors.append([self.mse(image) for image in images])
             lambdas.append(share)
         plain, weighted, blend = zip(*errors, strict=True)
         numbers = [f"{x:.4e}" for x in (*mean_and_error(plain), np.mean(weighted), np.mean(blend))]
-        ratio = [f"{x:.4f}" for x in ratio_and_error(blend, plain)]
-        rows.append([case.scene, samples, case.domain, nested, SPP, *numbers, *ratio, f"{np.mean(lambdas):.3f}"])
+        numbers += [f"{x:.4f}" for x in ratio_and_error(blend, plain)]
+        self.rows.append([case.scene, samples, case.domain, nested, self.spp, *numbers, f"{np.mean(lambdas):.3f}"])
 
+
+def rows_of(stage: Stage) -> Rows:
+    """Rows of a scene at 64 samples per pixel."""
+    errors, case = Errors(stage, 64), stage.case
     for sampler in ("independent", "stratified", "multijitter", "ldsampler"):
-        unweighted("Mitsuba", "", sampler)
-    unweighted("Mitsuba", "", "orthogonal", SPP_ORTHOGONAL)
+        errors.unweighted("Mitsuba", "", sampler)
     for samples in ("stratified", "sobol"):
-        blended(samples, "independent")
+        errors.blended(samples, "independent")
     for samples in ("zero-two", "sobol") if case.domain == "light" else ("stratified", "sobol"):
-        blended(samples, case.best)
-    for domain in case.joint:
-        unweighted("sobol", domain, case.best)
-    unweighted("sobol", case.joint[-1] if case.joint else case.domain, case.best, SPP_ORTHOGONAL)
-    return rows
+        errors.blended(samples, case.best)
+    for domain in ("pixel", *case.joint) if case.domain == "light" else case.joint:
+        errors.unweighted("sobol", domain, case.best)
+    return errors.rows
+
+
+def rows_of_49(stage: Stage) -> Rows:
+    """Rows of a scene at 49 samples per pixel, beside Mitsuba's orthogonal sampler."""
+    errors, case = Errors(stage, 49), stage.case
+    errors.unweighted("Mitsuba", "", "orthogonal")
+    errors.blended("stratified", "orthogonal")
+    for design in ("sobol", "halton"):
+        errors.unweighted(design, case.joint[-1] if case.joint else case.domain, "orthogonal")
+    return errors.rows
 
 
 if __name__ == "__main__":
-    run("scene_blend", COLUMNS, CASES, True, measure)
+    run("scene_blend", COLUMNS, CASES, True, rows_of)
+    run("scene_blend_49", COLUMNS, CASES, True, rows_of_49)

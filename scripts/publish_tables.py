@@ -176,6 +176,81 @@ def gain_table() -> str:
     return markdown(rows, "l")
 
 
+# ---------------------------------------------------------------------- docs/mitsuba.md
+
+
+def domains_table() -> str:
+    """MSE of sets with and without the weights of their cells, where the domain makes the noise."""
+    designs = ("uniform", "stratified", "sobol")
+    names = [DESIGNS.get(design, design) for design in designs]
+    rows = [["scene", "domain", "spp", *(text for name in names for text in (name, "+ w", "gain"))]]
+    measured = [r for r in read(RESULTS / "scene_domains.csv") if (r["order"], r["debias"]) == ("0", "none")]
+    for key in dict.fromkeys((r["scene"], r["domain"], r["spp"]) for r in measured):
+        own = {r["samples"]: r for r in measured if (r["scene"], r["domain"], r["spp"]) == key}
+        cells = [
+            (scientific(float(r["mse"])), scientific(float(r["weighted_mse"])), f"{float(r['gain']):.1f}")
+            for r in (own[design] for design in designs)
+        ]
+        rows.append([*key, *(text for three in cells for text in three)])
+    return markdown(rows, "ll")
+
+
+def scene_rules_table() -> str:
+    """What each rule for stratified sets gains, where the domain makes the noise."""
+    measured = [r for r in read(RESULTS / "scene_domains.csv") if r["samples"] == "stratified"]
+    rules = list(dict.fromkeys((r["order"], r["debias"]) for r in measured))
+    names = ["Voronoi cells" if debias == "none" else f"{debias}, order {order}" for order, debias in rules]
+    rows = [["scene", "spp", *names]]
+    for key in dict.fromkeys((r["scene"], r["spp"]) for r in measured):
+        own = {(r["order"], r["debias"]): r["gain"] for r in measured if (r["scene"], r["spp"]) == key}
+        rows.append([*key, *(own.get(rule, "–") for rule in rules)])
+    return markdown(rows, "l")
+
+
+def blend_table() -> str:
+    """What blend does to the error of samples, in every scene, with the pixel's area sampled."""
+    rows = [["scene", "domain", "sets", "all else", "equal weights", "weights", "blend", "blend over equal", "mean λ"]]
+    for r in read(RESULTS / "scene_blend.csv"):
+        if r["ratio"]:
+            mse = [scientific(float(r[name])) for name in ("mse", "weighted_mse", "blend_mse")]
+            ratio = f"{float(r['ratio']):.3f} ± {float(r['ratio_error']):.3f}"
+            sets = DESIGNS.get(r["samples"], r["samples"])
+            rows.append([r["scene"], r["domain"], sets, r["all_else"], *mse, ratio, r["mean_lambda"]])
+    return markdown(rows, "llll")
+
+
+def best_table() -> str:
+    """The best of Mitsuba's samplers and the best of ours in every scene, at equal samples per pixel."""
+    rows = [["scene", "spp", "best of Mitsuba's", "MSE", "best here", "all else", "MSE", "ratio"]]
+    measured = read(RESULTS / "scene_blend.csv") + read(RESULTS / "scene_blend_49.csv")
+    for scene, spp in dict.fromkeys((r["scene"], r["spp"]) for r in measured):
+        own = [r for r in measured if (r["scene"], r["spp"]) == (scene, spp)]
+        theirs = min((r for r in own if r["samples"] == "Mitsuba"), key=least)
+        ours = min((r for r in own if r["samples"] != "Mitsuba"), key=least)
+        sets = f"{DESIGNS.get(ours['samples'], ours['samples'])}, {ours['domain']}"
+        sets += " + blend" if least(ours) < float(ours["mse"]) else ", equal weights"
+        errors = [scientific(least(r)) for r in (theirs, ours)]
+        ratio = f"{least(ours) / least(theirs):.2f}"
+        rows.append([scene, spp, theirs["all_else"], errors[0], sets, ours["all_else"], errors[1], ratio])
+    return markdown(rows, "l")
+
+
+def least(row: Row) -> float:
+    """The MSE of a row: that with blend, if there is one and it is less."""
+    return min(float(row[name]) for name in ("mse", "blend_mse") if row[name])
+
+
+def scene_bias_table() -> str:
+    """Means of 64 renders against the references."""
+    rows = [["scene", "domain", "rule", "values", "passing", "mean z²", "expected", "mean z", "unbiased"]]
+    for r in read(RESULTS / "scene_bias.csv"):
+        passing = f"{100 * float(r['passing']):.2f} %"
+        mean = f"{float(r['mean_z']):.3f} ± {float(r['mean_z_error']):.3f}".replace("-", "−")
+        squares = [f"{float(r[name]):.3f}" for name in ("mean_square_z", "expected")]
+        rows.append([r["scene"], r["domain"], r["rule"], r["values"], passing, *squares, mean, r["unbiased"]])
+    return markdown(rows, "lll")
+
+
 # ---------------------------------------------------------------------- docs/quadrature.md
 
 
@@ -274,6 +349,13 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "other-noise": other_noise_table,
         "rules-1": rules_table(1),
         "rules-2": rules_table(2),
+    },
+    "mitsuba.md": {
+        "scene-domains": domains_table,
+        "scene-rules": scene_rules_table,
+        "scene-blend": blend_table,
+        "scene-best": best_table,
+        "scene-bias": scene_bias_table,
     },
     "peers.md": {
         "quad": lambda: quad_table(ROOT),
