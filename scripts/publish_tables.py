@@ -284,6 +284,17 @@ def weight_bounds_table() -> str:
     return markdown([[*names.values()], *([r[k] for k in names] for r in measured)], "lll")
 
 
+def peers_table() -> str:
+    """MSE of every peer over that of vq.quad, over all families."""
+    measured = [r for r in read(RESULTS / "quad_peers.csv") if r["family"] == "all"]
+    peers = list(dict.fromkeys(r["peer"] for r in measured))
+    ratios = {(r["d"], r["n"], r["peer"]): short(float(r["mse_ratio"])) for r in measured}
+    rows = [["d", "evaluations", *peers]]
+    for d, n in dict.fromkeys((r["d"], r["n"]) for r in measured):
+        rows.append([d, n, *(ratios.get((d, n, peer), "–") for peer in peers)])
+    return markdown(rows, "ll")
+
+
 # ---------------------------------------------------------------------- docs/bias.md
 
 
@@ -340,6 +351,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "weight-bounds": weight_bounds_table,
         "coverage": coverage_table,
         "families": families_table,
+        "peers": peers_table,
     },
     "scaling.md": {"cluster": cluster_table, "scaling-costs": costs_table, "scaling": scaling_table},
     "bias.md": {"bias-tables": bias_table, "order0": order0_table},
@@ -383,6 +395,8 @@ def markdown(rows: Sequence[Sequence[str]], left: str) -> str:
 
 def short(value: float) -> str:
     """Two digits: 23, 1.2·10⁴."""
+    if value < 0.01:
+        return scientific(value)
     return f"{value:.2g}" if value < 100 else f"{value:.0f}" if value < 1000 else scientific(value)
 
 
