@@ -134,28 +134,11 @@ def quad_table(source: Path) -> str:
     return "\n".join(lines)
 
 
-def mri_table(source: Path) -> str:
-    """CPU seconds and errors of density weights, a row for each trajectory."""
-    rows = read(source / "mri" / "density.csv")
-    methods = list(dict.fromkeys(row["method"] for row in rows))
-    lines = [
-        "| trajectory | samples | image | " + " | ".join(f"{method}: seconds | error" for method in methods) + " |",
-        "| --- | ---: | ---: |" + " ---: | ---: |" * len(methods),
-    ]
-    for name in dict.fromkeys(row["trajectory"] for row in rows):
-        own = {row["method"]: row for row in rows if row["trajectory"] == name}
-        size = f"{int(own[methods[0]]['samples']):,}".replace(",", " ") + f" | {own[methods[0]]['image']}"
-        cells = [f"{float(own[m]['cpu_seconds']):.3g} | {float(own[m]['error']):.2g}" for m in methods]
-        lines.append(f"| {name} | {size} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
-
-
 TABLES: dict[tuple[str, str], Callable[[Path], str]] = {
     ("README.md", "depth-of-field"): depth_of_field_table,
     ("README.md", "rules"): rules_table,
     ("README.md", "quad"): quad_table,
     ("docs/mitsuba.md", "gain"): gain_table,
-    ("docs/mri.md", "mri"): mri_table,
 }
 
 

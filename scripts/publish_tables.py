@@ -1,4 +1,4 @@
-"""Fills tables of docs from the committed results of benchmarks.
+"""Fills tables of README and docs from the committed results of benchmarks.
 
     python scripts/publish_tables.py           # writes them
     python scripts/publish_tables.py --check   # says which are out of date, and fails
@@ -163,6 +163,18 @@ def cells_table() -> str:
     for r in read(RESULTS / "cells_peers.csv"):
         rows.append([r["points"], r["program"], f"{int(r['n']):,}", f"{int(r['ns per point']):,}", r["times voroquad"]])
     return markdown(rows, "ll")
+
+
+def cells_summary() -> str:
+    """Time per point of cells, and how many times as long the peers take."""
+    measured = [r for r in read(RESULTS / "cells_peers.csv") if "thread" not in r["program"]]
+    rows = [["points", "N", "voroquad", "the others, times as long"]]
+    for points, n in dict.fromkeys((r["points"], r["n"]) for r in measured):
+        own, *others = (r for r in measured if (r["points"], r["n"]) == (points, n))
+        if others:
+            times = ", ".join(f"{r['program']} {short(float(r['times voroquad']))}" for r in others)
+            rows.append([points, f"{int(n):,}", f"{own['ns per point']} ns per point", times])
+    return markdown(rows, "l")
 
 
 def gain_table() -> str:
@@ -346,7 +358,21 @@ def scaling_table() -> str:
     return markdown([heads.split(","), *rows], "l")
 
 
+# ---------------------------------------------------------------------- docs/mri.md
+
+
+def density_table() -> str:
+    """CPU seconds of density weights and errors of their images."""
+    rows = [["trajectory", "samples", "image", "method", "seconds", "error"]]
+    for r in read(FIGURES / "mri-density.csv"):
+        seconds, error = short(float(r["cpu_seconds"])), short(float(r["error"]))
+        rows.append([r["trajectory"], f"{int(r['samples']):,}", r["image"], r["method"], seconds, error])
+    return markdown(rows, "l")
+
+
 TABLES: dict[str, dict[str, Callable[[], str]]] = {
+    "../README.md": {"cells": cells_summary},
+    "mri.md": {"mri": density_table},
     "quadrature.md": {
         "weight-bounds": weight_bounds_table,
         "coverage": coverage_table,

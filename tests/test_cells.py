@@ -11,6 +11,7 @@ import threading
 
 import numpy as np
 import pytest
+import pyvoro2
 from scipy.spatial import ConvexHull, KDTree, Voronoi
 
 import voroquad as vq
@@ -83,6 +84,22 @@ def test_equals_qhull_on_clusters(d):
     rng = np.random.default_rng(2)
     points = np.concatenate([c + 1e-3 * rng.normal(size=(60, d)) for c in rng.uniform(0.2, 0.8, (5, d))])
     np.testing.assert_allclose(vq.cells(points).measures, mirrored_voronoi(points), rtol=0, atol=1e-9)
+
+
+@pytest.mark.parametrize("kind", ["uniform", "cluster"])
+@pytest.mark.parametrize("d", [2, 3])
+def test_equals_voropp(d, kind):
+    """voro++ by pyvoro2, which refuses points closer than 1e-5."""
+    points = np.random.default_rng(d).random((2000, d))
+    if kind == "cluster":
+        points[1000:] = 0.7 + 0.05 * points[1000:]
+    unit = ((0.0, 1.0),) * d
+    by_voropp = (
+        pyvoro2.compute(points, domain=pyvoro2.Box(unit))
+        if d == 3
+        else pyvoro2.planar.compute(points, domain=pyvoro2.planar.Box(unit))
+    )
+    np.testing.assert_allclose(vq.cells(points).measures, by_voropp.cell_measures, rtol=0, atol=1e-13)
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
