@@ -29,6 +29,7 @@
 #include "tree.hpp"
 
 namespace voroquad {
+
 template <int D>
 using ConvexCell = std::conditional_t<D == 2, ConvexPolygon, ConvexPolyhedron>;
 
@@ -43,7 +44,8 @@ public:
         tree_ = &tree;
         domain_ = domain;
         around_.collect(tree, domain, leaf);
-        near2_ = around_.reach() * around_.reach() * (D == 2 ? 0.7 : 0.55);
+        near2_ = around_.reach() * around_.reach() * (D == 2 ? 0.75 : 0.55);
+        near_side_ = may_mirror(tree.leaf_box(leaf));
         const std::size_t begin = tree.leaf_begin(leaf), end = tree.leaf_begin(leaf + 1);
         if constexpr (D == 2) {
             for (std::size_t s = begin; s < end; s += width)
@@ -51,7 +53,7 @@ public:
         } else {
             for (std::size_t s = begin; s < end; ++s) {
                 move_to(s);
-                around_.stand_at(site_, s - begin, 0.0, [](std::size_t) {});
+                around_.stand_at(site_, s - begin);
                 cell_.reset(side_);
                 clip_between(0.0, near2_);
                 finish();
@@ -69,11 +71,14 @@ private:
         wraps_.reset(around_.size() + 4);
         for (std::size_t lane = 0; lane < count; ++lane) {
             move_to(first + lane);
-            around_.stand_at(site_, own + lane, near2_,
-                             [&](std::size_t i) { wraps_.add(lane, around_.point(i)); });
-            for_each_mirror([&](const Point<2> &q) {
-                if (dot<2>(q, q) < near2_) wraps_.add(lane, q);
-            });
+            around_.nearer_than(near2_, site_, own + lane,
+                                [&](const std::array<Vector, 2> &q, std::uint64_t chosen) {
+                                    wraps_.add(lane, q[0], q[1], chosen);
+                                });
+            if (near_side_)
+                for_each_mirror([&](const Point<2> &q) {
+                    if (dot<2>(q, q) < near2_) wraps_.add(lane, q);
+                });
         }
         wraps_.wrap();
         for (std::size_t lane = 0; lane < count; ++lane) {
@@ -83,7 +88,7 @@ private:
                 continue;
             }
             move_to(first + lane);
-            around_.stand_at(site_, own + lane, 0.0, [](std::size_t) {});
+            around_.stand_at(site_, own + lane);
             if (wraps_.sound(lane)) {
                 cell_.assign(wrapped);
                 for_each_mirror([&](const Point<2> &q) {
@@ -105,6 +110,14 @@ private:
         visit(Point<2>{2.0 * side_.hi[0], 0.0});
         visit(Point<2>{0.0, 2.0 * side_.lo[1]});
         visit(Point<2>{0.0, 2.0 * side_.hi[1]});
+    }
+
+    // Whether a site of a leaf may have a mirror image among its nearest points
+    bool may_mirror(const Box<D> &leaf) const {
+        double to_side = 0.5;
+        if (domain_ == Domain::box)
+            for (int a = 0; a < D; ++a) to_side = std::min({to_side, leaf.lo[a], 1.0 - leaf.hi[a]});
+        return 4.0 * to_side * to_side < near2_;
     }
 
     void move_to(std::size_t s) {
@@ -222,6 +235,7 @@ private:
     Domain domain_ = Domain::box;
     Neighbourhood<D> around_;
     double near2_ = 0.0, seen2_ = 0.0; // squared: the nearest points come first; all are known
+    bool near_side_ = false;           // mirror images may be among the nearest points
     Point<D> site_{};
     Box<D> side_{}; // the domain as the site sees it
     ConvexCell<D> cell_;

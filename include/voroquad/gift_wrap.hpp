@@ -10,10 +10,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cstddef>
+#include <cstdint>
 #include <limits>
-#include <numeric>
-#include <vector>
 
 #include "points.hpp"
 #include "simd.hpp"
@@ -44,31 +44,34 @@ public:
     // Begins anew, with room for n points to a site.
     void reset(std::size_t n) {
         count_.fill(0);
-        most_ = 0;
-        if (number_.size() >= n + chains) return;
-        number_.resize(2 * (n + chains));
-        std::iota(number_.begin(), number_.end(), 0.0);
-        for (auto &axis : inverse_) axis.resize(number_.size() * width);
+        if (room_ >= padded(n) + 2 * lanes) return;
+        room_ = 2 * padded(n) + 2 * lanes;
+        for (auto &axis : point_) axis.resize(room_ * width);
+        for (auto &axis : inverse_) axis.resize(room_ * width);
     }
     // Adds a point, relative to the site of a lane.
     void add(std::size_t lane, const Point<2> &q) {
-        const std::size_t place = count_[lane]++ * width + lane;
-        inverse_[0][place] = q[0];
-        inverse_[1][place] = q[1];
+        const std::size_t place = lane * room_ + count_[lane]++;
+        point_[0][place] = q[0];
+        point_[1][place] = q[1];
+    }
+    // Adds those of a vector of points whose bit is set.
+    void add(std::size_t lane, Vector x, Vector y, std::uint64_t bits) {
+        const std::size_t place = lane * room_ + count_[lane];
+        store_chosen(&point_[0][place], x, bits);
+        store_chosen(&point_[1][place], y, bits);
+        count_[lane] += static_cast<std::size_t>(std::popcount(bits));
     }
 
     // Wraps all hulls.
     void wrap() {
         invert();
-        Vector x = gather(0, start_), y = gather(1, start_);
-        Vector corner = start_;
-        Mask walking = start_ == start_, sound = nearest2_ > 1e-280;
+        Vector x = start_[0], y = start_[1];
+        Mask walking = x == x, sound = nearest2_ > 1e-280;
         Vector first_x{}, first_y{}, last_x{}, last_y{};
         twice_area_ = radius2_ = size_ = Vector{};
-        std::size_t k = 0;
-        for (; k < most_vertices && any(walking); ++k) {
-            const Vector next = next_corner(x, y, corner);
-            const Vector to_x = gather(0, next), to_y = gather(1, next);
+        for (std::size_t k = 0; k < most_vertices && any(walking); ++k) {
+            const auto [to_x, to_y] = next_corner(x, y);
             const Vector dx = to_x - x, dy = to_y - y;
 
             // The vertex v between the neighbours of inverses p and p + d: p·v = ½ = (p + d)·v.
@@ -90,8 +93,8 @@ public:
             }
             last_x = walking ? vx : last_x;
             last_y = walking ? vy : last_y;
-            walking = walking & (next != start_);
-            x = to_x, y = to_y, corner = next;
+            walking = walking & ((to_x != start_[0]) | (to_y != start_[1]));
+            x = to_x, y = to_y;
         }
         twice_area_ = twice_area_ + (last_x * first_y - last_y * first_x);
         sound = sound & ~walking;
@@ -111,65 +114,71 @@ private:
     static constexpr std::size_t chains = 4; // independent searches, to fill the pipeline
     static constexpr std::size_t most_vertices = 16;
 
-    // Points become their inverses; `start_` is the nearest, the first corner.
+    // Point by point, each lane's beside the others', become their inverses; `start_` is that
+    // of the nearest, the first corner.
     void invert() {
-        most_ = *std::max_element(count_.begin(), count_.end());
-        most_ = (most_ + chains - 1) / chains * chains;
+        const std::size_t most = *std::max_element(count_.begin(), count_.end());
+        size_of_hull_ = (most + chains - 1) / chains * chains;
         for (std::size_t lane = 0; lane < width; ++lane)
-            while (count_[lane] < most_) // infinitely far away: no corner
-                add(lane, {infinity, 0.0});
+            for (std::size_t j = count_[lane]; j < padded(most); j += width)
+                for (auto &axis : point_) // infinitely far away: no corner
+                    store(&axis[lane * room_ + j], Vector{} + infinity);
         nearest2_ = Vector{} + infinity;
-        start_ = Vector{};
-        for (std::size_t j = 0; j < most_; ++j) {
-            double *px = &inverse_[0][j * width], *py = &inverse_[1][j * width];
-            const Vector x = load(px), y = load(py), r2 = x * x + y * y;
-            const Mask nearer = r2 < nearest2_;
-            nearest2_ = nearer ? r2 : nearest2_;
-            start_ = nearer ? Vector{} + number_[j] : start_;
-            const Vector inverse = 1.0 / r2;
-            store(px, r2 < infinity ? x * inverse : Vector{});
-            store(py, r2 < infinity ? y * inverse : Vector{});
+        start_ = {};
+        for (std::size_t j = 0; j < size_of_hull_; j += width) {
+            const auto x = columns(0, j), y = columns(1, j);
+            for (std::size_t k = 0; k < width; ++k) {
+                const Vector r2 = x[k] * x[k] + y[k] * y[k], inverse = 1.0 / r2;
+                const Mask finite = r2 < infinity, nearer = r2 < nearest2_;
+                const Vector px = finite ? x[k] * inverse : Vector{};
+                const Vector py = finite ? y[k] * inverse : Vector{};
+                store(&inverse_[0][(j + k) * width], px);
+                store(&inverse_[1][(j + k) * width], py);
+                nearest2_ = nearer ? r2 : nearest2_;
+                start_[0] = nearer ? px : start_[0];
+                start_[1] = nearer ? py : start_[1];
+            }
         }
     }
 
-    Vector gather(std::size_t axis, Vector index) const {
-        Vector v{};
-        for (std::size_t i = 0; i < width; ++i)
-            v[i] = inverse_[axis][static_cast<std::size_t>(index[i]) * width + i];
-        return v;
+    // The points j, j + 1, … of every lane
+    std::array<Vector, width> columns(std::size_t axis, std::size_t j) const {
+        std::array<Vector, width> rows;
+        for (std::size_t lane = 0; lane < width; ++lane)
+            rows[lane] = load(&point_[axis][lane * room_ + j]);
+        return transposed(rows);
     }
 
     // The corner after p = (x, y): of the points less than half a turn ahead, p × q > 0, the one
-    // farthest to the right. The corner itself where there is none. A point q lies to the right
-    // of the line from p to b iff (b - p) × (q - p) = b × q + p × b - p × q < 0; differences of
-    // points would lose the digits of far ones next to a near one. (Without the first condition
-    // one of several corners on a line, behind, might pass for ahead by rounding.)
-    Vector next_corner(Vector x, Vector y, Vector corner) const {
-        std::array<Vector, chains> bx{}, by{}, pb{}, best; // from the origin, inside the hull
-        best.fill(corner);
-        const auto take_right = [&](std::size_t c, Vector qx, Vector qy, Vector pq, Vector index) {
-            const Mask right = (pq > 0.0) & ((bx[c] * qy - by[c] * qx) + pb[c] < pq);
+    // farthest to the right; the origin where there is none. A point q lies to the right of the
+    // line from p to b iff (b - p) × (q - p) = b × q + p × b - p × q < 0; differences of points
+    // would lose the digits of far ones next to a near one. (Without the first condition one of
+    // several corners on a line, behind, or p itself might pass for ahead by rounding.)
+    std::array<Vector, 2> next_corner(Vector x, Vector y) const {
+        std::array<Vector, chains> bx{}, by{}, pb{}; // from the origin, inside the hull
+        const Vector ahead = 1e-15 * (x * x + y * y);
+        const auto take_right = [&](std::size_t c, Vector qx, Vector qy, Vector pq) {
+            const Mask right = (pq > ahead) & ((bx[c] * qy - by[c] * qx) + pb[c] < pq);
             bx[c] = right ? qx : bx[c];
             by[c] = right ? qy : by[c];
             pb[c] = right ? pq : pb[c];
-            best[c] = right ? index : best[c];
         };
         const double *px = inverse_[0].data(), *py = inverse_[1].data();
-        const double *number = number_.data();
-        for (std::size_t j = 0; j < most_; j += chains)
+        for (std::size_t j = 0; j < size_of_hull_; j += chains)
             for (std::size_t c = 0; c < chains; ++c) {
                 const Vector qx = load(px + (j + c) * width), qy = load(py + (j + c) * width);
-                take_right(c, qx, qy, x * qy - y * qx, Vector{} + number[j + c]);
+                take_right(c, qx, qy, x * qy - y * qx);
             }
-        for (std::size_t c = 1; c < chains; ++c) take_right(0, bx[c], by[c], pb[c], best[c]);
-        return best[0];
+        for (std::size_t c = 1; c < chains; ++c) take_right(0, bx[c], by[c], pb[c]);
+        return {bx[0], by[0]};
     }
 
-    std::array<Numbers, 2> inverse_; // of point j in lane i: [j * width + i]
-    Numbers number_;                 // 0, 1, 2, …
+    std::array<Numbers, 2> point_;   // j of lane i: [i * room_ + j]
+    std::array<Numbers, 2> inverse_; // of point j of lane i: [j * width + i]
     std::array<std::size_t, width> count_{};
-    std::size_t most_ = 0;
-    Vector nearest2_, start_;
+    std::size_t room_ = 0, size_of_hull_ = 0;
+    Vector nearest2_;
+    std::array<Vector, 2> start_;
     alignas(64) std::array<std::array<double, most_vertices * width>, 2> vertex_;
     Vector twice_area_, radius2_, size_, sound_;
 };

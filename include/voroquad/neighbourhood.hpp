@@ -27,7 +27,7 @@ public:
         domain_ = domain;
         box_ = tree.leaf_box(leaf);
         spacing_ = tree.spacing_near(leaf);
-        reach_ = (D == 2 ? 2.2 : 2.0) * spacing_;
+        reach_ = (D == 2 ? 2.9 : 2.0) * spacing_;
         for (int attempt = 0; attempt < 8; ++attempt, reach_ *= 0.5) {
             size_ = 0;
             add_leaf(leaf, box_, {});
@@ -56,27 +56,23 @@ public:
         return margin + reach_;
     }
 
-    // Measures the distances from a site, which is point `own`, to all points. Calls visit(i)
-    // for those whose square is below `to`.
+    // Calls visit(q, bits) for vectors of points as a site, which is point `own`, sees them; bits
+    // tell those whose squared distance is below `to`. Never the site itself.
     template <class Visit>
-    void stand_at(const Point<D> &site, std::size_t own, double to, Visit &&visit) {
-        site_ = site;
-        for (std::size_t block = 0; block < size_; block += 64) {
-            std::uint64_t chosen = 0;
-            const std::size_t n = std::min<std::size_t>(size_ - block, 64);
-            for (std::size_t i = 0; i < n; i += width) {
-                Vector sum{};
-                for (int a = 0; a < D; ++a) {
-                    Vector q = load(&point_[a][block + i]) - site[a];
-                    if (domain_ == Domain::torus) q += load(&turn_[a][block + i]);
-                    sum += q * q;
-                }
-                store(&distance2_[block + i], sum);
-                chosen |= bits_less(sum, Vector{} + to) << i;
-            }
-            if (own - block < 64) chosen &= ~(std::uint64_t{1} << (own - block));
-            for_each_bit(chosen, [&](std::size_t i) { visit(block + i); });
+    void nearer_than(double to, const Point<D> &site, std::size_t own, Visit &&visit) const {
+        for (std::size_t i = 0; i < size_; i += width) {
+            const std::array<Vector, D> q = seen_by(site, i);
+            std::uint64_t chosen = bits_less(squared(q), Vector{} + to);
+            if (own - i < width) chosen &= ~(std::uint64_t{1} << (own - i));
+            visit(q, chosen);
         }
+    }
+
+    // Measures the distances from a site, which is point `own`, to all points.
+    void stand_at(const Point<D> &site, std::size_t own) {
+        site_ = site;
+        for (std::size_t i = 0; i < size_; i += width)
+            store(&distance2_[i], squared(seen_by(site, i)));
         distance2_[own] = std::numeric_limits<double>::infinity();
     }
     double squared_distance(std::size_t i) const { return distance2_[i]; }
@@ -131,6 +127,20 @@ public:
 
 private:
     static constexpr std::size_t most_points = D == 2 ? 256 : 2048;
+
+    std::array<Vector, D> seen_by(const Point<D> &site, std::size_t i) const {
+        std::array<Vector, D> q;
+        for (int a = 0; a < D; ++a) {
+            q[a] = load(&point_[a][i]) - site[a];
+            if (domain_ == Domain::torus) q[a] += load(&turn_[a][i]);
+        }
+        return q;
+    }
+    static Vector squared(const std::array<Vector, D> &q) {
+        Vector sum{};
+        for (int a = 0; a < D; ++a) sum += q[a] * q[a];
+        return sum;
+    }
 
     // Adds the points of a leaf that are within reach of a box.
     void add_leaf(std::size_t leaf, const Box<D> &box, const Point<D> &turn) {

@@ -1,6 +1,7 @@
 // voroquad/simd.hpp: the few loops whose speed rests on vector instructions.
 #pragma once
 
+#include <array>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -97,6 +98,32 @@ inline void store_chosen(double *to, Vector v, std::uint64_t bits) {
         to += bits >> i & 1;
     }
 #endif
+}
+
+// Alternate lanes of a and b: of their first halves, and of their second halves.
+inline std::array<Vector, 2> zip(Vector a, Vector b) {
+#if defined(__AVX512DQ__)
+    return {__builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11),
+            __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15)};
+#elif defined(__AVX__)
+    return {__builtin_shufflevector(a, b, 0, 4, 1, 5), __builtin_shufflevector(a, b, 2, 6, 3, 7)};
+#else
+    return {__builtin_shufflevector(a, b, 0, 2), __builtin_shufflevector(a, b, 1, 3)};
+#endif
+}
+
+// Rows become columns. A zip of all rows doubles the stride of what began side by side.
+inline std::array<Vector, width> transposed(std::array<Vector, width> rows) {
+    for (std::size_t stride = 1; stride < width; stride *= 2) {
+        std::array<Vector, width> zipped;
+        for (std::size_t i = 0; i < width / 2; ++i) {
+            const auto [low, high] = zip(rows[i], rows[i + width / 2]);
+            zipped[2 * i] = low;
+            zipped[2 * i + 1] = high;
+        }
+        rows = zipped;
+    }
+    return rows;
 }
 
 // The largest of n non-negative numbers, a multiple of 4.

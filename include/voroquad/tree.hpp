@@ -14,6 +14,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <utility>
@@ -77,12 +78,21 @@ public:
     std::size_t leaf_begin(std::size_t leaf) const { return leaf_begin_[leaf]; }
     Box<D> leaf_box(std::size_t leaf) const { return levels_[0].box(leaf); }
 
-    // The typical distance between sites near a leaf: from the box of its siblings
+    // The typical distance between sites near a leaf, from the box of its siblings: as if they
+    // filled it, or its longest sides where it is flat
     double spacing_near(std::size_t leaf) const {
         const std::size_t first = leaf / fanout * fanout;
         const std::size_t last = std::min(first + fanout, leaves());
-        const std::size_t count = leaf_begin(last) - leaf_begin(first);
-        return levels_[1].box(leaf / fanout).longest() / root(static_cast<double>(count));
+        const auto count = static_cast<double>(leaf_begin(last) - leaf_begin(first));
+        const Box<D> box = levels_[1].box(leaf / fanout);
+        Point<D> side;
+        for (int a = 0; a < D; ++a) side[a] = box.hi[a] - box.lo[a];
+        std::sort(side.begin(), side.end(), std::greater<>());
+        double spacing = side[0] / count;
+        if constexpr (D > 1) spacing = std::max(spacing, std::sqrt(side[0] * side[1] / count));
+        if constexpr (D > 2)
+            spacing = std::max(spacing, std::cbrt(side[0] * side[1] * side[2] / count));
+        return spacing;
     }
 
     // Calls visit(leaf) for leaves, roughly the nearest to a point first. enter(squared distance)
@@ -101,7 +111,8 @@ public:
             }
             const Level &below = levels_[branch.level - 1];
             std::array<double, fanout> distance2;
-            below.distances(branch.node * fanout, {at, at}, distance2);
+            for (std::size_t c = 0; c < fanout; c += width)
+                store(&distance2[c], below.distances(branch.node * fanout + c, {at, at}));
             const std::size_t bottom = waiting;
             for (std::size_t c = 0; c < fanout; ++c) {
                 if (!enter(distance2[c])) continue; // absent children are infinitely far away
@@ -113,7 +124,7 @@ public:
         }
     }
 
-    // All leaves within `reach2` (squared) of a box, in the order of the curve.
+    // All leaves nearer to a box than `reach2` (squared), in the order of the curve.
     template <class Visit>
     void within(const Box<D> &query, double reach2, Visit &&visit) const {
         within(levels_.size() - 1, 0, query, reach2, visit);
@@ -143,25 +154,21 @@ private:
             for (int a = 0; a < D; ++a) b.lo[a] = lo[a][i], b.hi[a] = hi[a][i];
             return b;
         }
-        // Squared distances from `query` to the eight boxes from `first`
-        void distances(std::size_t first, const Box<D> &query,
-                       std::array<double, fanout> &distance2) const {
-            distance2.fill(0.0);
+        // Squared distances from `query` to the boxes from `first`, as many as a vector holds
+        Vector distances(std::size_t first, const Box<D> &query) const {
+            Vector distance2{};
             for (int a = 0; a < D; ++a) {
-                const double *low = lo[a].data() + first, *high = hi[a].data() + first;
-                for (std::size_t c = 0; c < fanout; ++c) {
-                    const double above = low[c] - query.hi[a], below = query.lo[a] - high[c];
-                    const double gap = larger(larger(above, below), 0.0);
-                    distance2[c] += gap * gap;
-                }
+                const Vector above = load(&lo[a][first]) - query.hi[a];
+                const Vector below = query.lo[a] - load(&hi[a][first]);
+                const Vector gap = larger(larger(above, below), Vector{});
+                distance2 += gap * gap;
             }
+            return distance2;
         }
     };
 
     static constexpr std::size_t block = 4096;
     static constexpr std::size_t crowd = 12; // more points than that to a bucket are split
-
-    static double root(double v) { return D == 2 ? std::sqrt(v) : D == 3 ? std::cbrt(v) : v; }
 
     // Orders entries[0, n), which lie in `box`, and emits their leaves.
     void split(Entry *entries, Entry *spare, std::size_t n, const Box<D> &box) {
@@ -268,13 +275,13 @@ private:
     template <class Visit>
     void within(std::size_t level, std::size_t first, const Box<D> &query, double reach2,
                 Visit &visit) const {
-        std::array<double, fanout> distance2;
-        levels_[level].distances(first, query, distance2);
-        for (std::size_t c = 0; c < fanout; ++c)
-            if (distance2[c] <= reach2) {
-                if (level == 0) visit(first + c);
-                else within(level - 1, (first + c) * fanout, query, reach2, visit);
-            }
+        std::uint64_t near = 0;
+        for (std::size_t c = 0; c < fanout; c += width)
+            near |= bits_less(levels_[level].distances(first + c, query), Vector{} + reach2) << c;
+        for_each_bit(near, [&](std::size_t c) {
+            if (level == 0) visit(first + c);
+            else within(level - 1, (first + c) * fanout, query, reach2, visit);
+        });
     }
 
     std::vector<Entry> entries_, spare_;
