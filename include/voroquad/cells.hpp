@@ -44,7 +44,7 @@ public:
         tree_ = &tree;
         domain_ = domain;
         around_.collect(tree, domain, leaf);
-        near2_ = around_.reach() * around_.reach() * (D == 2 ? 0.75 : 0.55);
+        near2_ = around_.reach() * around_.reach() * (D == 2 ? 0.75 : 0.5);
         near_side_ = may_mirror(tree.leaf_box(leaf));
         const std::size_t begin = tree.leaf_begin(leaf), end = tree.leaf_begin(leaf + 1);
         if constexpr (D == 2) {

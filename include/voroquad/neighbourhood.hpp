@@ -27,7 +27,7 @@ public:
         domain_ = domain;
         box_ = tree.leaf_box(leaf);
         spacing_ = tree.spacing_near(leaf);
-        reach_ = (D == 2 ? 2.9 : 2.0) * spacing_;
+        reach_ = (D == 2 ? 2.9 : 2.8) * spacing_;
         for (int attempt = 0; attempt < 8; ++attempt, reach_ *= 0.5) {
             size_ = 0;
             add_leaf(leaf, box_, {});

@@ -24,9 +24,11 @@ class ConvexPolyhedron {
 public:
     void reset(const Box<3> &box) {
         reserve(8);
-        std::fill_n(r2_.data(), padded(size_), 0.0);
+        for (auto *numbers : {&xyz_[0], &xyz_[1], &xyz_[2], &r2_})
+            std::fill_n(numbers->data(), padded(size_), 0.0);
+        for (std::size_t v = 8; v < size_; ++v) free_[free_.size() - 1 - v] = place(v);
         size_ = 8;
-        free_.clear();
+        free_places_ = free_.size() - 8;
         images_.assign(6, {});
         for (std::size_t a = 0; a < 3; ++a) {
             images_[2 * a][a] = 2.0 * box.lo[a];
@@ -44,42 +46,25 @@ public:
                 const std::uint32_t across = odd ? (a + 2) % 3 : (a + 1) % 3;
                 face_[edge] = 2 * across + (v >> across & 1);
             }
-            set_radius(v);
+            put(v, {xyz_[0][v], xyz_[1][v], xyz_[2][v]});
         }
         squared_radius_ = largest(r2_.data(), 8);
     }
 
     // Keeps what is nearer to the origin than to `q`.
     void clip(const Point<3> &q) {
-        evaluate(HalfSpace<3>::nearer_than(q));
-        std::size_t removed = 0;
-        for (std::size_t block = 0; block < size_; block += 64)
-            for_each_bit(bits_below(&inside_[block], std::min<std::size_t>(size_ - block, 64), 0.0),
-                         [&](std::size_t i) {
-                             removed_[removed++] = static_cast<std::uint32_t>(block + i);
-                         });
-        if (removed == 0) return;
-
-        // The edges that lead from removed vertices to kept ones
-        std::size_t crossings = 0;
-        for (std::size_t i = 0; i < removed; ++i)
-            for (std::uint32_t edge = 4 * removed_[i]; edge < 4 * removed_[i] + 3; ++edge) {
-                crossings_[crossings] = edge;
-                crossings += stays(twin_[edge] >> 2);
-            }
-        reserve(size_ + crossings);
+        if (!evaluate(HalfSpace<3>::nearer_than(q))) return;
+        find_crossings();
         images_.push_back(q);
-        for (std::size_t i = 0; i < crossings; ++i)
-            if (const std::uint32_t edge = crossings_[i]; twin_[twin_[edge]] == edge)
-                close_hole(edge);
+        across_.resize(std::max(across_.size(), images_.size()), none);
+        const bool one_hole = cross();
+        if (one_hole) follow_faces();
+        else walk_around_holes();
+        for (std::size_t i = 0; i < crossings_; ++i) across_[crossing_[i].left] = none;
 
-        for (std::size_t i = 0; i < removed; ++i) {
-            // At the origin a vertex is never cut off and adds nothing to radius and measure
-            const std::uint32_t v = removed_[i];
-            for (auto &axis : xyz_) axis[v] = 0.0;
-            r2_[v] = 0.0;
-            free_.push_back(v);
-        }
+        if (crossings_ < removed_)
+            for (std::size_t i = 1; i <= removed_; ++i) put(free_[free_places_ - i], {});
+        close();
         squared_radius_ = largest(r2_.data(), padded(size_));
     }
 
@@ -115,7 +100,8 @@ public:
     template <class Visit>
     void for_each_face(Visit &&visit) const {
         std::vector<char> walked(4 * size_, 0);
-        for (const std::uint32_t v : free_) std::fill_n(walked.begin() + 4 * v, 4, 1);
+        for (std::size_t i = 0; i < free_places_; ++i)
+            if (free_[i] < size_) std::fill_n(walked.begin() + 4 * free_[i], 4, 1);
         std::vector<Point<3>> corners;
         for (std::uint32_t first = 0; first < 4 * size_; ++first) {
             if ((first & 3) == 3 || walked[first]) continue;
@@ -145,82 +131,152 @@ private:
         return direction;
     }
 
-    // How far inside the plane each vertex lies
-    void evaluate(const HalfSpace<3> &half_space) {
+    // How far inside the plane each vertex lies; tells whether it cuts any off. (Places without a
+    // vertex hold the site, which is inside.)
+    bool evaluate(const HalfSpace<3> &half_space) {
         const auto &[normal, offset] = half_space;
         const double *x = xyz_[0].data(), *y = xyz_[1].data(), *z = xyz_[2].data();
-        double *inside = inside_.data();
-        for (std::size_t block = 0; block < size_; block += step)
-            for (std::size_t v = block; v < block + step; v += width)
-                store(inside + v, offset - (normal[0] * load(x + v) + normal[1] * load(y + v) +
-                                            normal[2] * load(z + v)));
+        std::uint64_t any = 0;
+        for (std::size_t block = 0; block < size_; block += step) {
+            std::uint64_t out = 0;
+            for (std::size_t i = 0; i < step; i += width) {
+                const std::size_t v = block + i;
+                const Vector inside = offset - (normal[0] * load(x + v) + normal[1] * load(y + v) +
+                                                normal[2] * load(z + v));
+                store(&inside_[v], inside);
+                out |= bits_less(inside, Vector{}) << i;
+            }
+            out_[block / step] = static_cast<std::uint16_t>(out);
+            any |= out;
+        }
+        return any != 0;
     }
 
-    // Puts a vertex on each crossing around one hole and links them to a face.
-    void close_hole(std::uint32_t first) {
-        const std::uint32_t first_vertex = new_vertex(first);
-        std::uint32_t previous = first_vertex;
-        for (std::uint32_t edge = first;;) {
-            // Along the border of the removed face to the left, as far as it is removed
-            edge = turn(edge);
+    // Lists the edges that lead from removed vertices to kept ones; frees the places of the former.
+    void find_crossings() {
+        removed_ = crossings_ = 0;
+        for (std::size_t block = 0; block < size_; block += 4 * step) {
+            std::uint64_t out = 0;
+            for (std::size_t i = 0; i < 4 && block + i * step < size_; ++i)
+                out |= std::uint64_t{out_[block / step + i]} << (i * step);
+            for_each_bit(out, [&](std::size_t i) {
+                const std::uint32_t v = place(block + i);
+                free_[free_places_ + removed_++] = v;
+                for (std::uint32_t edge = 4 * v; edge < 4 * v + 3; ++edge) {
+                    crossing_[crossings_].edge = edge;
+                    crossings_ += stays(twin_[edge] >> 2);
+                }
+            });
+        }
+        free_places_ += removed_;
+        if (crossings_ > free_places_) reserve(size_ + crossings_);
+    }
+
+    // Finds where the crossings lie and which two faces meet there. Tells whether no face is cut
+    // twice, so that there is one hole, and leaves with each face the crossing that has it to
+    // the left.
+    bool cross() {
+        bool once = true;
+        for (std::uint32_t i = 0; i < crossings_; ++i) {
+            Crossing &c = crossing_[i];
+            c.back = twin_[c.edge];
+            c.left = face_[c.edge];
+            c.right = face_[c.back];
+            const std::uint32_t out = c.edge >> 2, in = c.back >> 2;
+            const double t = inside_[in] / (inside_[in] - inside_[out]);
+            for (std::size_t a = 0; a < 3; ++a)
+                c.at[a] = xyz_[a][in] + t * (xyz_[a][out] - xyz_[a][in]);
+            once &= across_[c.left] == none;
+            across_[c.left] = i;
+        }
+        return once;
+    }
+
+    // The next crossing around the hole, clockwise from outside, is across the face to the right.
+    void follow_faces() {
+        for (std::uint32_t i = 0; i < crossings_; ++i)
+            crossing_[i].next = across_[crossing_[i].right];
+    }
+    // Rounding may leave several holes, or one that comes back to a face: the next crossing ends
+    // the removed part of the face's border.
+    void walk_around_holes() {
+        for (std::size_t i = 0; i < crossings_; ++i) {
+            std::uint32_t edge = turn(crossing_[i].edge), next = 0;
             while (!stays(twin_[edge] >> 2)) edge = turn(twin_[edge]);
-            const std::uint32_t next = edge == first ? first_vertex : new_vertex(edge);
-            twin_[4 * previous + 1] = 4 * next + 2;
-            twin_[4 * next + 2] = 4 * previous + 1;
-            if (edge == first) return;
-            previous = next;
+            while (crossing_[next].edge != edge) ++next;
+            crossing_[i].next = next;
         }
     }
 
-    // The vertex where an edge from a removed to a kept vertex crosses the plane
-    std::uint32_t new_vertex(std::uint32_t edge) {
-        std::uint32_t v;
-        if (free_.empty()) {
-            v = static_cast<std::uint32_t>(size_++);
-        } else {
-            v = free_.back();
-            free_.pop_back();
+    // Puts a vertex on each crossing and links them to faces.
+    void close() {
+        const std::uint32_t face = place(images_.size() - 1);
+        const std::uint32_t *vertex = free_.data() + free_places_ - crossings_;
+        for (std::size_t i = 0; i < crossings_; ++i) {
+            const Crossing &c = crossing_[i];
+            const std::uint32_t v = vertex[i], next = vertex[c.next];
+            size_ = std::max(size_, std::size_t{v} + 1);
+            put(v, c.at);
+            twin_[4 * v] = c.back;
+            twin_[c.back] = 4 * v;
+            twin_[4 * v + 1] = 4 * next + 2;
+            twin_[4 * next + 2] = 4 * v + 1;
+            face_[4 * v] = c.left;
+            face_[4 * v + 1] = c.right;
+            face_[4 * v + 2] = face;
         }
-        const std::uint32_t out = edge >> 2, back = twin_[edge], in = back >> 2;
-        const double t = inside_[in] / (inside_[in] - inside_[out]);
-        for (auto &axis : xyz_) axis[v] = axis[in] + t * (axis[out] - axis[in]);
-        set_radius(v);
-        twin_[4 * v] = back;
-        twin_[back] = 4 * v;
-        face_[4 * v] = face_[edge];
-        face_[4 * v + 1] = face_[back];
-        face_[4 * v + 2] = static_cast<std::uint32_t>(images_.size() - 1);
-        return v;
+        free_places_ -= crossings_;
     }
 
-    void set_radius(std::uint32_t v) {
-        r2_[v] = xyz_[0][v] * xyz_[0][v] + xyz_[1][v] * xyz_[1][v] + xyz_[2][v] * xyz_[2][v];
+    void put(std::uint32_t v, const Point<3> &p) {
+        for (std::size_t a = 0; a < 3; ++a) xyz_[a][v] = p[a];
+        r2_[v] = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
     }
 
+    static std::uint32_t place(std::size_t i) { return static_cast<std::uint32_t>(i); }
+
+    // Makes room for n vertices. Free places are taken from the end of their list, where the
+    // lowest stand.
     void reserve(std::size_t n) {
-        n = padded(n);
         if (r2_.size() >= n) return;
-        n *= 2;
-        for (auto &axis : xyz_) axis.resize(n);
-        inside_.resize(n);
-        r2_.resize(n);
-        twin_.resize(4 * n);
-        face_.resize(4 * n);
-        removed_.resize(n);
-        crossings_.resize(3 * n + 1);
+        const std::size_t room = 2 * padded(n), more = room - r2_.size();
+        for (auto &axis : xyz_) axis.resize(room);
+        inside_.resize(room);
+        r2_.resize(room);
+        twin_.resize(4 * room);
+        face_.resize(4 * room);
+        out_.resize(room / step);
+        crossing_.resize(3 * room + 1);
+        std::vector<std::uint32_t> fresh(more);
+        for (std::size_t i = 0; i < more; ++i) fresh[i] = place(room - 1 - i);
+        free_.insert(free_.begin(), fresh.begin(), fresh.end());
+        free_places_ += more;
     }
+
+    // An edge that the plane cuts: half-edges from its removed end and from its kept one, the faces
+    // to the left and right of the first, the point where it is cut, the next one around the hole
+    struct Crossing {
+        std::uint32_t edge, back, left, right, next;
+        Point<3> at;
+    };
+    static constexpr std::uint32_t none = 0xffffffff;
 
     // Loops over all vertices take this many at a time: most cells need two steps
     static constexpr std::size_t step = 16;
     static std::size_t padded(std::size_t n) { return (n + step - 1) / step * step; }
 
-    std::size_t size_ = 0; // slots in use, some of them free again
+    std::size_t size_ = 0; // places in use, some of them free again
     std::array<std::vector<double>, 3> xyz_;
     std::vector<double> inside_, r2_;
-    std::vector<std::uint32_t> twin_; // of each half-edge the opposite one
-    std::vector<std::uint32_t> face_; // and the face on its left
-    std::vector<Point<3>> images_;    // of the site in each face
-    std::vector<std::uint32_t> free_, removed_, crossings_;
+    std::vector<std::uint16_t> out_;      // bits of vertices that are cut off, `step` at a time
+    std::vector<std::uint32_t> twin_;     // of each half-edge the opposite one
+    std::vector<std::uint32_t> face_;     // and the face on its left
+    std::vector<Point<3>> images_;        // of the site in each face
+    std::vector<std::uint32_t> across_;   // of each face the crossing that has it to the left
+    std::vector<std::uint32_t> free_;     // places without a vertex: the first `free_places_`
+    std::size_t free_places_ = 0;
+    std::vector<Crossing> crossing_;
+    std::size_t crossings_ = 0, removed_ = 0;
     double squared_radius_ = 0.0;
 };
 

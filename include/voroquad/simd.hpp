@@ -126,17 +126,22 @@ inline std::array<Vector, width> transposed(std::array<Vector, width> rows) {
     return rows;
 }
 
-// The largest of n non-negative numbers, a multiple of 4.
+// The largest of n non-negative numbers, a multiple of the largest width.
 inline double largest(const double *values, std::size_t n) {
     Vector most{};
-    for (std::size_t i = 0; i < n; i += width) {
-        const Vector v = load(values + i);
-        most = v > most ? v : most;
-    }
-    double lane[width];
-    std::memcpy(lane, &most, sizeof most);
-    for (std::size_t k = 1; k < width; ++k) lane[0] = larger(lane[0], lane[k]);
-    return lane[0];
+    for (std::size_t i = 0; i < n; i += width) most = larger(most, load(values + i));
+    // Halves against each other
+#if defined(__AVX512DQ__)
+    most = larger(most, __builtin_shufflevector(most, most, 4, 5, 6, 7, 0, 1, 2, 3));
+    most = larger(most, __builtin_shufflevector(most, most, 2, 3, 0, 1, 6, 7, 4, 5));
+    most = larger(most, __builtin_shufflevector(most, most, 1, 0, 3, 2, 5, 4, 7, 6));
+#elif defined(__AVX__)
+    most = larger(most, __builtin_shufflevector(most, most, 2, 3, 0, 1));
+    most = larger(most, __builtin_shufflevector(most, most, 1, 0, 3, 2));
+#else
+    most = larger(most, __builtin_shufflevector(most, most, 1, 0));
+#endif
+    return most[0];
 }
 
 // Calls visit(i) for every set bit i.
