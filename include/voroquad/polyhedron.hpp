@@ -56,35 +56,37 @@ public:
         if (!evaluate(HalfSpace<3>::nearer_than(q))) return;
         find_crossings();
         images_.push_back(q);
-        across_.resize(std::max(across_.size(), images_.size()), none);
-        const bool one_hole = cross();
-        if (one_hole) follow_faces();
-        else walk_around_holes();
-        for (std::size_t i = 0; i < crossings_; ++i) across_[crossing_[i].left] = none;
-
-        if (crossings_ < removed_)
-            for (std::size_t i = 1; i <= removed_; ++i) put(free_[free_places_ - i], {});
-        close();
+        if (across_.size() < images_.size()) across_.resize(2 * images_.size());
+        // The next crossing clockwise around a hole is across the face to the right
+        const std::uint64_t first = crossed_;
+        if (cross()) {
+            close([&](const Crossing &c) { return across_[c.right] - first; });
+        } else {
+            walk_around_holes();
+            close([](const Crossing &c) { return c.next; });
+        }
         squared_radius_ = largest(r2_.data(), padded(size_));
     }
 
     // Each face is split into triangles between its edges and the foot of the perpendicular
     // from the site, halfway to its mirror image; a sixth of their determinants are signed volumes
     // of tetrahedra. An edge from u to v has a face on either side: together (foot - other
-    // foot)·(u × v), and each edge is met from both ends.
+    // foot)·(u × v). Each edge is met from its first end.
     double measure() const {
+        constexpr std::uint32_t few = 64;
+        std::array<std::uint32_t, 3 * few> edges;
         double sum = 0.0;
-        for (std::uint32_t u = 0; u < size_; ++u)
-            for (std::uint32_t edge = 4 * u; edge < 4 * u + 3; ++edge) {
-                const std::uint32_t v = twin_[edge] >> 2;
-                const Point<3> &left = images_[face_[edge]], &right = images_[face_[twin_[edge]]];
-                const double x = xyz_[1][u] * xyz_[2][v] - xyz_[2][u] * xyz_[1][v];
-                const double y = xyz_[2][u] * xyz_[0][v] - xyz_[0][u] * xyz_[2][v];
-                const double z = xyz_[0][u] * xyz_[1][v] - xyz_[1][u] * xyz_[0][v];
-                sum +=
-                    (left[0] - right[0]) * x + (left[1] - right[1]) * y + (left[2] - right[2]) * z;
-            }
-        return std::max(0.0, sum / 24.0);
+        for (std::uint32_t begin = 0; begin < size_; begin += few) {
+            const std::uint32_t end = std::min(begin + few, place(size_));
+            std::size_t n = 0;
+            for (std::uint32_t u = begin; u < end; ++u)
+                for (std::uint32_t edge = 4 * u; edge < 4 * u + 3; ++edge) {
+                    edges[n] = edge;
+                    n += u < twin_[edge] >> 2;
+                }
+            for (std::size_t i = 0; i < n; ++i) sum += twelve_volumes(edges[i]);
+        }
+        return std::max(0.0, sum / 12.0);
     }
 
     // The squared distance from the site to its farthest vertex.
@@ -129,6 +131,16 @@ private:
         const double length = std::sqrt(dot<3>(direction, direction));
         for (double &c : direction) c /= length;
         return direction;
+    }
+
+    // Twelve times the signed volume of the tetrahedra at an edge
+    double twelve_volumes(std::uint32_t edge) const {
+        const std::uint32_t u = edge >> 2, v = twin_[edge] >> 2;
+        const Point<3> &left = images_[face_[edge]], &right = images_[face_[twin_[edge]]];
+        const double x = xyz_[1][u] * xyz_[2][v] - xyz_[2][u] * xyz_[1][v];
+        const double y = xyz_[2][u] * xyz_[0][v] - xyz_[0][u] * xyz_[2][v];
+        const double z = xyz_[0][u] * xyz_[1][v] - xyz_[1][u] * xyz_[0][v];
+        return (left[0] - right[0]) * x + (left[1] - right[1]) * y + (left[2] - right[2]) * z;
     }
 
     // How far inside the plane each vertex lies; tells whether it cuts any off. (Places without a
@@ -176,8 +188,9 @@ private:
     // twice, so that there is one hole, and leaves with each face the crossing that has it to
     // the left.
     bool cross() {
+        const std::uint64_t first = crossed_;
         bool once = true;
-        for (std::uint32_t i = 0; i < crossings_; ++i) {
+        for (std::size_t i = 0; i < crossings_; ++i) {
             Crossing &c = crossing_[i];
             c.back = twin_[c.edge];
             c.left = face_[c.edge];
@@ -186,17 +199,13 @@ private:
             const double t = inside_[in] / (inside_[in] - inside_[out]);
             for (std::size_t a = 0; a < 3; ++a)
                 c.at[a] = xyz_[a][in] + t * (xyz_[a][out] - xyz_[a][in]);
-            once &= across_[c.left] == none;
-            across_[c.left] = i;
+            once &= across_[c.left] < first;
+            across_[c.left] = first + i;
         }
+        crossed_ += crossings_;
         return once;
     }
 
-    // The next crossing around the hole, clockwise from outside, is across the face to the right.
-    void follow_faces() {
-        for (std::uint32_t i = 0; i < crossings_; ++i)
-            crossing_[i].next = across_[crossing_[i].right];
-    }
     // Rounding may leave several holes, or one that comes back to a face: the next crossing ends
     // the removed part of the face's border.
     void walk_around_holes() {
@@ -208,13 +217,17 @@ private:
         }
     }
 
-    // Puts a vertex on each crossing and links them to faces.
-    void close() {
+    // Puts a vertex on each crossing and links each to the next around its hole, to faces.
+    template <class Next>
+    void close(Next &&next_of) {
+        if (crossings_ < removed_)
+            for (std::size_t i = 1; i <= removed_; ++i) put(free_[free_places_ - i], {});
+
         const std::uint32_t face = place(images_.size() - 1);
         const std::uint32_t *vertex = free_.data() + free_places_ - crossings_;
         for (std::size_t i = 0; i < crossings_; ++i) {
             const Crossing &c = crossing_[i];
-            const std::uint32_t v = vertex[i], next = vertex[c.next];
+            const std::uint32_t v = vertex[i], next = vertex[next_of(c)];
             size_ = std::max(size_, std::size_t{v} + 1);
             put(v, c.at);
             twin_[4 * v] = c.back;
@@ -259,7 +272,6 @@ private:
         std::uint32_t edge, back, left, right, next;
         Point<3> at;
     };
-    static constexpr std::uint32_t none = 0xffffffff;
 
     // Loops over all vertices take this many at a time: most cells need two steps
     static constexpr std::size_t step = 16;
@@ -272,7 +284,8 @@ private:
     std::vector<std::uint32_t> twin_;     // of each half-edge the opposite one
     std::vector<std::uint32_t> face_;     // and the face on its left
     std::vector<Point<3>> images_;        // of the site in each face
-    std::vector<std::uint32_t> across_;   // of each face the crossing that has it to the left
+    std::vector<std::uint64_t> across_;   // of each face the last crossing that had it to the left
+    std::uint64_t crossed_ = 1;           // crossings so far, of all cells: numbers the next
     std::vector<std::uint32_t> free_;     // places without a vertex: the first `free_places_`
     std::size_t free_places_ = 0;
     std::vector<Crossing> crossing_;
