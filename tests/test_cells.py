@@ -89,17 +89,17 @@ def test_equals_qhull_on_clusters(d):
 @pytest.mark.parametrize("kind", ["uniform", "cluster"])
 @pytest.mark.parametrize("d", [2, 3])
 def test_equals_voropp(d, kind):
-    """voro++ by pyvoro2, which refuses points closer than 1e-5."""
+    """voro++ by pyvoro2, which refuses points closer than 1e-5 and forgives itself some 1e-12."""
     points = np.random.default_rng(d).random((2000, d))
     if kind == "cluster":
-        points[1000:] = 0.7 + 0.05 * points[1000:]
+        points[1000:] = 0.7 + 0.3 * points[1000:]
     unit = ((0.0, 1.0),) * d
     by_voropp = (
         pyvoro2.compute(points, domain=pyvoro2.Box(unit))
         if d == 3
         else pyvoro2.planar.compute(points, domain=pyvoro2.planar.Box(unit))
     )
-    np.testing.assert_allclose(vq.cells(points).measures, by_voropp.cell_measures, rtol=0, atol=1e-13)
+    np.testing.assert_allclose(vq.cells(points).measures, by_voropp.cell_measures, rtol=0, atol=1e-12)
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])

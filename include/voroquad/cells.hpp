@@ -45,6 +45,7 @@ public:
         domain_ = domain;
         around_.collect(tree, domain, leaf);
         near2_ = around_.reach() * around_.reach() * (D == 2 ? 0.75 : 0.5);
+        far_sites_.clear();
         near_side_ = may_mirror(tree.leaf_box(leaf));
         const std::size_t begin = tree.leaf_begin(leaf), end = tree.leaf_begin(leaf + 1);
         if constexpr (D == 2) {
@@ -63,6 +64,17 @@ public:
     }
 
 private:
+    // A site, or its image by a whole turn of the torus
+    struct FarSite {
+        std::size_t site;
+        Point<D> turn;
+    };
+    Point<D> seen(const FarSite &far) const {
+        Point<D> q = tree_->site(far.site);
+        for (int a = 0; a < D; ++a) q[a] = (q[a] - site_[a]) + far.turn[a];
+        return q;
+    }
+
     // Wraps the cells of `count` sites in the plane among the points nearest to each, which
     // settles most of them; clips the others. The sites are points of the neighbourhood from
     // `own` on.
@@ -165,16 +177,22 @@ private:
     }
 
     // Clips until no site is nearer to a vertex than the cell's own: then the cell is final.
-    // Points of one circle around an empty middle cost no more than others that way.
+    // Points of one circle around an empty middle cost no more than others that way. What bounds
+    // a cell of the leaf from afar often bounds the next one too.
     void search_far() {
+        for (const FarSite &far : far_sites_) {
+            const Point<D> q = seen(far);
+            if (dot<D>(q, q) < reach2(cell_)) cell_.clip(q);
+        }
         settled_.clear();
         for (std::size_t i = 0; i < cell_.size(); ++i) {
             const Point<D> v = cell_.vertex(i);
             if (4.0 * dot<D>(v, v) * (1.0 + 1e-12) <= seen2_) continue;
             if (std::find(settled_.begin(), settled_.end(), v) != settled_.end()) continue;
             settled_.push_back(v);
-            if (const auto q = nearer_to(v)) {
-                cell_.clip(*q);
+            if (const auto far = nearer_to(v)) {
+                far_sites_.push_back(*far);
+                cell_.clip(seen(*far));
                 i = static_cast<std::size_t>(-1);
             }
         }
@@ -182,13 +200,11 @@ private:
 
     // The site nearest to a vertex v, if there is one nearer than the cell's own: the one with
     // the greatest q·v - |q|²/2 = (|v|² - |v - q|²)/2, which keeps its digits for small q.
-    std::optional<Point<D>> nearer_to(const Point<D> &v) const {
-        std::optional<Point<D>> nearest;
+    std::optional<FarSite> nearer_to(const Point<D> &v) const {
+        std::optional<FarSite> nearest;
         double gain = 0.0;
         const double v2 = dot<D>(v, v), rounding = 1e-14 * std::sqrt(v2);
-        const auto may_gain = [&](double distance2) {
-            return distance2 < (v2 - 2.0 * gain) * (1.0 + 1e-14);
-        };
+        const auto bound = [&] { return (v2 - 2.0 * gain) * (1.0 + 1e-14); };
         const auto visit_leaf = [&](std::size_t leaf, const Point<D> &turn) {
             const std::size_t end = tree_->leaf_begin(leaf + 1);
             for (std::size_t s = tree_->leaf_begin(leaf); s < end; s += width) {
@@ -206,8 +222,7 @@ private:
                 for_each_bit(bits_of(significant), [&](std::size_t i) {
                     if (more[i] <= gain) return;
                     gain = more[i];
-                    nearest.emplace();
-                    for (int a = 0; a < D; ++a) (*nearest)[a] = q[a][i];
+                    nearest = FarSite{s + i, turn};
                 });
             }
         };
@@ -215,7 +230,7 @@ private:
             std::numeric_limits<double>::infinity(), [&](const Point<D> &turn, bool) {
                 Point<D> at;
                 for (int a = 0; a < D; ++a) at[a] = (site_[a] - turn[a]) + v[a];
-                tree_->search(at, may_gain, [&](std::size_t leaf) { visit_leaf(leaf, turn); });
+                tree_->search(at, bound, [&](std::size_t leaf) { visit_leaf(leaf, turn); });
             });
         return nearest;
     }
@@ -241,7 +256,8 @@ private:
     ConvexCell<D> cell_;
     GiftWrap wraps_;
     std::vector<Chosen> chosen_, sorted_;
-    std::vector<Point<D>> settled_; // vertices that no other site is nearer to
+    std::vector<FarSite> far_sites_; // that the leaf's cells have met
+    std::vector<Point<D>> settled_;  // vertices that no other site is nearer to
 };
 
 // Scratch space for one set after another.

@@ -280,13 +280,13 @@ private:
     std::size_t size_ = 0; // places in use, some of them free again
     std::array<std::vector<double>, 3> xyz_;
     std::vector<double> inside_, r2_;
-    std::vector<std::uint16_t> out_;      // bits of vertices that are cut off, `step` at a time
-    std::vector<std::uint32_t> twin_;     // of each half-edge the opposite one
-    std::vector<std::uint32_t> face_;     // and the face on its left
-    std::vector<Point<3>> images_;        // of the site in each face
-    std::vector<std::uint64_t> across_;   // of each face the last crossing that had it to the left
-    std::uint64_t crossed_ = 1;           // crossings so far, of all cells: numbers the next
-    std::vector<std::uint32_t> free_;     // places without a vertex: the first `free_places_`
+    std::vector<std::uint16_t> out_;    // bits of vertices that are cut off, `step` at a time
+    std::vector<std::uint32_t> twin_;   // of each half-edge the opposite one
+    std::vector<std::uint32_t> face_;   // and the face on its left
+    std::vector<Point<3>> images_;      // of the site in each face
+    std::vector<std::uint64_t> across_; // of each face the last crossing that had it to the left
+    std::uint64_t crossed_ = 1;         // crossings so far, of all cells: numbers the next
+    std::vector<std::uint32_t> free_;   // places without a vertex: the first `free_places_`
     std::size_t free_places_ = 0;
     std::vector<Crossing> crossing_;
     std::size_t crossings_ = 0, removed_ = 0;

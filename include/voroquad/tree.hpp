@@ -95,32 +95,34 @@ public:
         return spacing;
     }
 
-    // Calls visit(leaf) for leaves, roughly the nearest to a point first. enter(squared distance)
-    // may decline a box of any level.
-    template <class Enter, class Visit>
-    void search(const Point<D> &at, Enter &&enter, Visit &&visit) const {
+    // Calls visit(leaf) for leaves, roughly the nearest to a point first. Boxes of any level whose
+    // squared distance is not below bound() are left out.
+    template <class Bound, class Visit>
+    void search(const Point<D> &at, Bound &&bound, Visit &&visit) const {
         std::array<Branch, 8 * 24> stack; // at most 7 siblings wait on each of 22 levels
         std::size_t waiting = 0;
-        stack[waiting++] = {0.0, levels_.size(), 0};
+        stack[waiting++] = {-1.0, levels_.size(), 0};
         while (waiting > 0) {
             const Branch branch = stack[--waiting];
-            if (!enter(branch.distance2)) continue;
+            if (branch.distance2 >= bound()) continue;
             if (branch.level == 0) {
                 visit(branch.node);
                 continue;
             }
-            const Level &below = levels_[branch.level - 1];
+            const std::size_t first = branch.node * fanout, bottom = waiting;
             std::array<double, fanout> distance2;
-            for (std::size_t c = 0; c < fanout; c += width)
-                store(&distance2[c], below.distances(branch.node * fanout + c, {at, at}));
-            const std::size_t bottom = waiting;
-            for (std::size_t c = 0; c < fanout; ++c) {
-                if (!enter(distance2[c])) continue; // absent children are infinitely far away
+            std::uint64_t near = 0; // absent children are infinitely far away
+            for (std::size_t c = 0; c < fanout; c += width) {
+                const Vector d = levels_[branch.level - 1].distances(first + c, {at, at});
+                store(&distance2[c], d);
+                near |= bits_less(d, Vector{} + bound()) << c;
+            }
+            for_each_bit(near, [&](std::size_t c) {
                 std::size_t place = waiting++;
                 for (; place > bottom && stack[place - 1].distance2 < distance2[c]; --place)
                     stack[place] = stack[place - 1];
-                stack[place] = {distance2[c], branch.level - 1, branch.node * fanout + c};
-            }
+                stack[place] = {distance2[c], branch.level - 1, first + c};
+            });
         }
     }
 
