@@ -79,6 +79,22 @@ def test_address_and_undefined_behaviour_sanitizers_find_nothing(tmp_path: Path)
     run(program)
 
 
+def fuses() -> bool:
+    """Whether the processor multiplies and adds in one step."""
+    info = Path("/proc/cpuinfo")
+    return info.exists() and " fma " in info.read_text(encoding="utf-8")
+
+
+@pytest.mark.skipif(not fuses(), reason="needs a processor with fused multiply-add")
+def test_cells_hold_with_fused_multiply_add(tmp_path: Path) -> None:
+    """As compilers do by default for such processors: p × p is a rounding error then, not 0."""
+    program = tmp_path / "fused"
+    flags = "-std=c++20 -O2 -mavx2 -mfma -ffp-contract=fast -pthread"
+    run(CXX, *flags.split(), f"-I{ROOT / 'include'}", ROOT / "tests/cpp/fuzz_cells.cpp", "-o", program)
+    run(program, *sorted((ROOT / "tests/cpp/corpus").iterdir()))
+    run(program)
+
+
 @pytest.mark.slow
 def test_thread_sanitizer_finds_nothing(tmp_path: Path) -> None:
     run(build(tmp_path / "threads", "thread", "threads.cpp"), TSAN_OPTIONS="halt_on_error=1")
