@@ -47,11 +47,11 @@ def cpu_seconds(call: Callable[[], object]) -> float:
     return timed(call)[1]
 
 
-def agree(measures: np.ndarray, points: np.ndarray, *, periodic: bool = False, relative: float = 1e-10) -> None:
-    """Stop where a peer's measures differ by more than `relative` times their mean."""
-    error = np.abs(measures - vq.cells(points, periodic=periodic, threads=1).measures).max() * len(points)
-    if not error < relative:
-        raise SystemExit(f"a peer's measures differ by {error:.1e} of their mean")
+def agree(measures: np.ndarray, points: np.ndarray, *, periodic: bool = False, tolerance: float = 1e-10) -> None:
+    """Stop where a peer's measures of the cells of the unit box differ."""
+    error = np.abs(measures - vq.cells(points, periodic=periodic, threads=1).measures).max()
+    if not error < tolerance:
+        raise SystemExit(f"a peer's measures differ by {error:.1e}")
 
 
 # ---------------------------------------------------------------------- points
@@ -110,7 +110,7 @@ def freud(points: np.ndarray) -> float:
     freud.parallel.set_num_threads(1)
     centred = (points - 0.5).astype(np.float32)
     cells, seconds = timed(lambda: freud.locality.Voronoi().compute((freud.box.Box.cube(1), centred)))
-    agree(cells.volumes, (centred.astype(float) + 0.5) % 1.0, periodic=True, relative=1e-2)
+    agree(cells.volumes, (centred.astype(float) + 0.5) % 1.0, periodic=True, tolerance=1e-2 / len(points))
     return seconds
 
 

@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "hilbert.hpp"
+#include "memory.hpp"
 #include "points.hpp"
 #include "simd.hpp"
 
@@ -286,11 +287,12 @@ private:
         });
     }
 
-    std::vector<Entry> entries_, spare_;
-    std::vector<std::uint16_t> bucket_;
+    LargeArray<Entry> entries_, spare_;
+    LargeArray<std::uint16_t> bucket_;
     std::vector<std::size_t> starts_; // a stack of the grids being split
-    std::array<std::vector<double>, D> coordinates_;
-    std::vector<std::size_t> order_, first_, leaf_begin_;
+    std::array<LargeArray<double>, D> coordinates_;
+    LargeArray<std::size_t> order_, first_;
+    std::vector<std::size_t> leaf_begin_;
     std::vector<Level> levels_;
 };
 

@@ -19,10 +19,11 @@ using StridedSets = nb::ndarray<const double, nb::ndim<3>, nb::device::cpu>;
 template <class T>
 using Array = nb::ndarray<nb::numpy, T>;
 
-template <class T>
-Array<T> own(std::vector<T> &&values, std::initializer_list<std::size_t> shape) {
-    auto *kept = new std::vector<T>(std::move(values));
-    nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<std::vector<T> *>(p); });
+template <class T, class Memory>
+Array<T> own(std::vector<T, Memory> &&values, std::initializer_list<std::size_t> shape) {
+    using Kept = std::vector<T, Memory>;
+    auto *kept = new Kept(std::move(values));
+    nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<Kept *>(p); });
     return Array<T>(kept->data(), shape, owner);
 }
 

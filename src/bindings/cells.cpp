@@ -8,6 +8,7 @@
 #include <voroquad/cells.hpp>
 #include <voroquad/centroid.hpp>
 #include <voroquad/faces.hpp>
+#include <voroquad/memory.hpp>
 
 using namespace voroquad;
 
@@ -28,7 +29,7 @@ void fill_measures(const StridedSets &points, Domain domain, double *out, unsign
 
 Array<double> measures(StridedSets points, bool periodic, unsigned threads) {
     const std::size_t sets = points.shape(0), n = points.shape(1), d = points.shape(2);
-    std::vector<double> out(sets * n);
+    LargeArray<double> out(sets * n);
     const auto fill = d == 1 ? fill_measures<1> : d == 2 ? fill_measures<2> : fill_measures<3>;
     fill(points, domain_of(periodic), out.data(), threads);
     return own(std::move(out), {sets, n});
