@@ -117,7 +117,7 @@ def test_certificates(tmp_path):
 @pytest.mark.slow
 def test_workers_listen_on_this_machine_only_and_end_with_ctrl_c(tmp_path):
     """Then the same command goes on from what is kept, and ends with the bits of one process."""
-    study = ["study", "-o", tmp_path / "out", "--replicates", "20000", "--max-n", "64"]
+    study = ["study", "-o", tmp_path / "out", "--replicates", "4000", "--max-n", "64"]
     with started(*command(*study, "--workers", 2), env=ENVIRONMENT) as process:
         store = tmp_path / "out.units"
         _wait(lambda: len(list(store.glob("*/c/*"))) >= 8, 300)

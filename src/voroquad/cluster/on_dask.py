@@ -198,20 +198,20 @@ class OnDask:
                 raise ValueError(f"worker {worker} has voroquad {version}, here it is {__version__}; install the same")
 
     def _resumable(self, what: str) -> str:
-        kept = (
-            f"finished units are kept in {self.store.url}" if self.store else "nothing was kept, as no store was named"
-        )
-        return f"{what}; {kept}: the same command goes on from there"
+        if self.store is None:
+            return f"{what}; nothing was kept, as no store was named"
+        return f"{what}; finished units are kept in {self.store.url}: the same command goes on from there"
 
     @contextmanager
     def _clear_errors(self) -> Iterator[None]:
         """Errors of Dask as errors of one line that say what to do."""
         try:
             yield
-        except CancelledError:
-            raise ConnectionError(
-                self._resumable(f"the scheduler {self._address} is gone or dropped the work")
-            ) from None
+        except CancelledError as error:
+            gone, why = f"the scheduler {self._address} is gone", " ".join(str(error).split())
+            if "scheduler-connection-lost" not in why:
+                gone = f"the scheduler {self._address} dropped the work ({why})"
+            raise ConnectionError(self._resumable(gone)) from None
         except CommClosedError:
             raise ConnectionError(self._resumable(f"the scheduler {self._address} is gone")) from None
         except KilledWorker as error:
