@@ -383,30 +383,24 @@ def speed() -> Rows:
 
 def overhead() -> Rows:
     """What Dask and the store add to a unit, and the memory of the client."""
-    from distributed import Client
-
-    from voroquad.cluster import OnDask, Store
+    from voroquad.cluster import connected
     from voroquad.units import Series
 
-    with cluster(workers=1) as dask, Client(dask.address) as client, tempfile.TemporaryDirectory() as folder:
-        client.wait_for_workers(1)
-        me = psutil.Process()
-        for kept in (False, True):
-            pool = OnDask(client, Store(f"{folder}/store") if kept else None)
-            pool.begin({})
-            resident = []
-            for count in (200, 2000, 8000) if not kept else (500,):
-                start = time.perf_counter()
-                for _ in pool.sums([Series(f"s{count}", count, (2, 100), _nothing)], np.add, lambda name, steps: None):
-                    pass
-                each = 1e3 * (time.perf_counter() - start) / count
-                resident.append(me.memory_info().rss / 2**20)
-            yield f"overhead: milliseconds a unit{', kept' if kept else ''}", f"{each:.2f}"
-            if not kept:
-                yield (
-                    "memory of the client after 200, 2000, 8000 units more, MiB",
-                    ", ".join(f"{r:.0f}" for r in resident),
-                )
+    with (
+        cluster(workers=1) as dask,
+        tempfile.TemporaryDirectory() as folder,
+        connected(dask.address, None, None, Path(folder) / "out") as pool,
+    ):
+        pool.begin({})
+        counts, resident = (200, 1000, 4000), []
+        for count in counts:
+            start = time.perf_counter()
+            for _ in pool.sums([Series(f"s{count}", count, (2, 100), _nothing)], np.add, lambda name, steps: None):
+                pass
+            each = 1e3 * (time.perf_counter() - start) / count
+            resident.append(f"{psutil.Process().memory_info().rss / 2**20:.0f}")
+        yield "overhead: milliseconds a unit that does nothing", f"{each:.2f}"
+        yield f"memory of the client after {', '.join(map(str, counts))} units more, MiB", ", ".join(resident)
 
 
 def _nothing(k: int) -> np.ndarray:
@@ -425,20 +419,19 @@ CHECKS = (bits, kills, scheduler_killed, stopped_worker, addresses, tls, namespa
 def main() -> None:
     """Run the checks that are named, or all, and write what they saw."""
     known = {check.__name__: check for check in CHECKS}
-    chosen = sys.argv[1:] or list(known)
-    rows = []
-    if RESULT.exists():
-        with RESULT.open(newline="", encoding="utf-8") as file:
-            rows = [row for row in csv.DictReader(file) if row["check"] not in chosen]
-    for name in chosen:
+    for name in sys.argv[1:] or known:
+        rows = []
+        if RESULT.exists():
+            with RESULT.open(newline="", encoding="utf-8") as file:
+                rows = [row for row in csv.DictReader(file) if row["check"] != name]
         for what, seen in known[name]():
             print(f"{name}: {what}: {seen}", flush=True)
             rows.append({"check": name, "what": what, "seen": str(seen)})
-    rows.sort(key=lambda row: list(known).index(row["check"]))
-    with RESULT.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, ["check", "what", "seen"])
-        writer.writeheader()
-        writer.writerows(rows)
+        rows.sort(key=lambda row: list(known).index(row["check"]))
+        with RESULT.open("w", newline="", encoding="utf-8") as file:
+            writer = csv.DictWriter(file, ["check", "what", "seen"])
+            writer.writeheader()
+            writer.writerows(rows)
 
 
 if __name__ == "__main__":

@@ -45,7 +45,7 @@ def started(*arguments: object, **options: object) -> Iterator[subprocess.Popen[
         if process.poll() is None:
             family = psutil.Process(process.pid).children(recursive=True)
             process.terminate()
-            process.wait(30)
+            process.wait(120)
             for child in family:
                 if child.is_running():
                     child.kill()
@@ -120,11 +120,11 @@ def test_workers_listen_on_this_machine_only_and_end_with_ctrl_c(tmp_path):
     study = ["study", "-o", tmp_path / "out", "--replicates", "4000", "--max-n", "64"]
     with started(*command(*study, "--workers", 2), env=ENVIRONMENT) as process:
         store = tmp_path / "out.units"
-        _wait(lambda: len(list(store.glob("*/c/*"))) >= 8, 300)
+        _wait(lambda: len(list(store.glob("*/c/*"))) >= 8, 900)
         family = psutil.Process(process.pid).children(recursive=True)
         assert listening([psutil.Process(process.pid), *family]) == {"127.0.0.1"}
         process.send_signal(signal.SIGINT)
-        said, _ = process.communicate(timeout=60)
+        said, _ = process.communicate(timeout=120)
     assert process.returncode == 130
     assert "dashboard http://127.0.0.1:" in said
     assert "Traceback" not in said

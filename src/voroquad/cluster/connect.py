@@ -9,6 +9,7 @@ import sys
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
+import dask.config
 from distributed import Client, LocalCluster
 
 from .._checks import positive_int
@@ -52,9 +53,15 @@ def connected(
             yield InProcess(kept)
         else:
             _silence_dask()
+            # Dask's log of the last messages would hold those of some thousand units
+            stack.enter_context(dask.config.set({"distributed.admin.low-level-log-length": 10}))
             client = stack.enter_context(_client(scheduler, workers))
             print(f"voroquad: dashboard {client.dashboard_link}", file=sys.stderr)
-            yield OnDask(client, kept)
+            try:
+                yield OnDask(client, kept)
+            except KeyboardInterrupt:
+                print(f"voroquad: {kept.url} keeps finished units; the same command computes the rest", file=sys.stderr)
+                raise
         if store is None:
             kept.delete()
 
