@@ -59,7 +59,7 @@ def test_polynomials_of_the_drift_are_integrated_exactly(design, strata, degree)
 
 
 @pytest.mark.parametrize("design", DESIGNS)
-@pytest.mark.parametrize("strata", [(200,), (31, 33), (10, 11, 12), (6, 7, 5, 8)])
+@pytest.mark.parametrize("strata", [(200,), (31, 33), (10, 11, 12), pytest.param((6, 7, 5, 8), marks=pytest.mark.slow)])
 def test_windows_are_exact_too(monkeypatch, design, strata):
     monkeypatch.setattr(kriging_rules, "MOST", 100)
     assert len(list(windows(strata))) > 1
@@ -135,7 +135,8 @@ SETS = 3100
 @pytest.mark.statistical
 @pytest.mark.parametrize(
     ("design", "strata"),
-    [("stratified", (4, 4)), ("multi-jittered", (5, 5)),
+    [("stratified", (4, 4)),
+     pytest.param("multi-jittered", (5, 5), marks=pytest.mark.slow),
      pytest.param("multi-jittered", (3, 4, 4), marks=pytest.mark.slow),
      pytest.param("stratified", (9,), marks=pytest.mark.slow),
      pytest.param("multi-jittered", (4, 4, 4), marks=pytest.mark.slow),
@@ -148,6 +149,7 @@ def test_strata_are_unbiased(z_score, design, strata):
         assert abs(z_score((w * f).sum(axis=1), truth)) < 5.5
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 def test_windows_are_unbiased(z_score, monkeypatch):
     monkeypatch.setattr(kriging_rules, "MOST", 1)

@@ -86,7 +86,7 @@ def test_the_same_seed_gives_the_same_bits():
 
 @pytest.mark.statistical
 @pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
-@pytest.mark.parametrize("d", [1, 2, 3, 4])
+@pytest.mark.parametrize("d", [1, 2, pytest.param(3, marks=pytest.mark.slow), pytest.param(4, marks=pytest.mark.slow)])
 def test_unbiased_with_a_jump(z_score, d):
     f = next(i for i in instances(d, 1, 8) if i.name == "half-plane")
     many = [vq.quad(lambda x: f(x) + x[0], np.zeros(d), np.ones(d), n_points=20, rng=s).integral for s in range(3000)]

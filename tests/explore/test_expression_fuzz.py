@@ -44,13 +44,13 @@ HOSTILE = [
 
 def refusal(text):
     """Why a formula is refused, which must be quick, or None."""
-    start = time.process_time()
+    start = time.thread_time()
     try:
         compile_expression(text, 2)
         message = None
     except ValueError as error:
         message = str(error)
-    assert time.process_time() - start < 0.1
+    assert time.thread_time() - start < 0.1
     return message
 
 

@@ -24,7 +24,7 @@ def open_page(browser, server):
             context = browser.new_context(**({"viewport": {"width": 1300, "height": 1100}} | settings))
             stack.callback(context.close)
             page = context.new_page()
-            page.set_default_timeout(20_000)
+            page.set_default_timeout(60_000)
             page.on("console", lambda m: m.type in ("error", "warning") and wrong.append(m.text))
             page.on("pageerror", lambda error: wrong.append(str(error)))
             page.on("request", lambda r: r.url.startswith((server.url, "data:", "blob:")) or wrong.append(r.url))
@@ -41,7 +41,7 @@ def shown(page):
     return float(page.locator("[data-estimate]").get_attribute("data-estimate"))
 
 
-def until(condition, seconds=20):
+def until(condition, seconds=60):
     end = time.monotonic() + seconds
     while not (result := condition()):
         assert time.monotonic() < end, "nothing changed"
