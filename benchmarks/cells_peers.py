@@ -212,7 +212,7 @@ def machine() -> str:
 
 
 def main() -> None:
-    rows = []
+    rows: list[list[object]] = []
     with tempfile.TemporaryDirectory() as folder:
         for name, points, programs in cases(Path(folder)):
             present = {program: run for program, run in programs.items() if run}
@@ -225,7 +225,10 @@ def main() -> None:
                 ratio = seconds / next(iter(least.values()))
                 rows.append([name, n, program, f"{1e9 * seconds / n:.0f}", f"{ratio:.2f}"])
                 print(*rows[-1], sep=", ", flush=True)
+            write(rows)
 
+
+def write(rows: list[list[object]]) -> None:
     versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES if importlib.util.find_spec(name.split("-")[0]))
     with open(HERE / "results" / "cells_peers.csv", "w", newline="") as file:
         file.write(f"# {machine()}, {versions}\n")
