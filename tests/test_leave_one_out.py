@@ -25,8 +25,8 @@ DESIGNS = ("stratified", "multi-jittered")
 
 GRIDS = [
     ((40,), 8), ((7,), 2), ((11, 11), 3), ((12, 12), 5), ((9, 14), 6), ((22, 23), 8), ((4, 3), 1),
-    ((5, 6, 7), 2), ((7, 6, 8), 4), ((8, 8, 9), 5), ((9, 9, 9), 7), ((4, 5, 4, 4), 3), ((3, 3, 3, 3, 3), 2),
-    ((3, 4, 3, 3, 3, 3), 1), ((4, 4, 3, 4, 3), 3),
+    ((5, 6, 7), 2), ((7, 6, 8), 4), ((8, 8, 9), 5), ((4, 5, 4, 4), 3), ((3, 3, 3, 3, 3), 2),
+    ((3, 4, 3, 3, 3, 3), 1), ((4, 4, 3, 4, 3), 3), pytest.param((9, 9, 9), 7, marks=pytest.mark.slow),
 ]  # fmt: skip
 
 
@@ -136,11 +136,11 @@ def ramp(x, k):
         ((8, 8), 5),
         ((3, 3, 4), 1),
         ((4, 4, 4), 2),
-        ((3, 3, 3, 3, 3), 1),
+        pytest.param((3, 3, 3, 3, 3), 1, marks=pytest.mark.slow),
     ],
 )
 def test_unbiased(z_score, strata, order, design):
-    samples = draw(strata, sets=6_000 if len(strata) < 5 else 2_000, seed=5, design=design)
+    samples = draw(strata, sets=3100, seed=5, design=design)  # 0.1 standard deviations of one: |z| ≈ 5.6
     w, _ = fit_strata(samples, order, threads=2)
     for f, truth in ((jumpy, exact_jumpy(len(strata))), (ramp, 0.0)):
         z = z_score((w * f(samples.points, strata[0])).sum(axis=1), truth)
@@ -149,7 +149,7 @@ def test_unbiased(z_score, strata, order, design):
 
 @pytest.mark.statistical
 def test_a_fit_that_includes_its_own_sample_is_found_biased(z_score):
-    samples = draw((6,), sets=5000, seed=5)
+    samples = draw((6,), sets=3100, seed=5)
     f = ramp(samples.points, 6)
     left_out, _ = fit_strata(samples, 2, threads=1)
     included = np.array([reference(x, (6,), 2, own=True)[0] for x in samples.points])
@@ -173,7 +173,7 @@ def test_a_fit_to_samples_of_the_same_colour_is_found_biased(z_score, strata):
 
 @pytest.mark.parametrize("strata", [(100,), (10, 10), (11, 11), (20, 20), (32, 32), (5, 5, 5), (6, 6, 6), (8, 8, 8)])
 def test_default_stencils_have_tame_weights(strata):
-    samples = draw(strata, sets=50_000 // math.prod(strata), seed=3, design="multi-jittered")
+    samples = draw(strata, sets=20_000 // math.prod(strata), seed=3, design="multi-jittered")
     w, _ = fit_strata(samples, default_order(strata), threads=2)
     assert abs(w).sum(axis=1).mean() <= 1.1
     assert abs(w).max() * samples.n <= 20

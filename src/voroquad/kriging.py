@@ -16,7 +16,6 @@ from functools import lru_cache, reduce
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_solve, solve_triangular
 from scipy.linalg.lapack import dpotrf, dpotri
 
 from . import _core
@@ -84,10 +83,10 @@ class Kriging:
 
     Parameters
     ----------
-    points : ndarray, (n, d)
-        The samples.
+    points : ndarray, (n, d) or (sets, n, d)
+        The samples; of several sets, each predicts from its own. All results then have one axis more, the first.
     assumed : Model
-        What is assumed; the degree of the drift is lowered if the samples do not determine it.
+        What is assumed; the degree of the drift is lowered if the samples of one of the sets do not determine it.
     box : tuple of ndarray, (d,)
         Lower and upper corner of a box around the samples, to which the drift's polynomials are scaled.
     threads : int
@@ -95,48 +94,51 @@ class Kriging:
 
     Notes
     -----
-    With the covariance K and the drift's values A (n, terms) at the samples, and Rᵀ R = Aᵀ K⁻¹ A:
+    With the covariance K and the drift's values A (n, terms) at the samples, and L Lᵀ = Aᵀ K⁻¹ A:
 
-        half = R^−ᵀ Aᵀ K⁻¹ ,   B = K⁻¹ − halfᵀ half ,   C = R⁻¹ half .
+        half = L⁻¹ Aᵀ K⁻¹ ,   C = L^−ᵀ half ,   B = K⁻¹ − halfᵀ half = K⁻¹ (1 − A C) .
     """
 
     def __init__(self, points: Array, assumed: Model, box: tuple[Array, Array], threads: int = 1):
         self.points, self.length, self._box = points, assumed.length, box
-        covariance = _core.matern_matrix(np.ascontiguousarray(points), assumed.length, threads).T
-        covariance[np.diag_indices(len(points))] += assumed.noise
-        self._factor, _ = dpotrf(covariance, lower=1, overwrite_a=1, clean=0)
-        self._inverse, _ = dpotri(self._factor, lower=1)  # its lower triangle
+        n, d = points.shape[-2:]
+        inverse = np.empty((points.size // (n * d), n, n))
+        for one, x in zip(inverse, points.reshape(-1, n, d), strict=True):
+            _invert_covariance(x, assumed, threads, one)
+        self._inverse = inverse.reshape(*points.shape[:-1], n)
         for degree in range(assumed.degree, -1, -1):
-            self._powers = _powers(points.shape[1], degree)
-            terms = self._terms(points)
-            solved = cho_solve((self._factor, True), terms, check_finite=False)
+            self._powers = _powers(d, degree)
+            self._at_samples = self._terms(points)
+            solved = self._at_samples.mT @ self._inverse
             try:
-                root = np.linalg.cholesky(terms.T @ solved)
+                root = np.linalg.cholesky(solved @ self._at_samples)
             except np.linalg.LinAlgError:
                 continue
-            if np.linalg.cond(root) < 1e6:
+            if np.linalg.cond(root).max() < 1e6:
                 break
-        self._half: Array = solve_triangular(root, solved.T, lower=True, check_finite=False)
-        self._drift: Array = solve_triangular(root, self._half, lower=True, trans="T", check_finite=False)
+        root = np.linalg.inv(root)
+        self._half: Array = root @ solved
+        self._drift: Array = root.mT @ self._half
 
     def apply(self, right: Array) -> Array:
         """B times the rows of `right` (m, n): the coefficients of the prediction from values (m, n)."""
-        solved = np.asarray(cho_solve((self._factor, True), right.T, check_finite=False)).T
-        return solved - (right @ self._half.T) @ self._half
+        solved = right @ self._inverse
+        return solved - (solved @ self._at_samples) @ self._drift
 
     def over_boxes(self, axes: Sequence[Intervals]) -> Measures:
         """Of the measures that are products, over the axes, of one part of each; they come in C order of the parts."""
-        covariances, drift = np.ones((1, len(self.points))), np.ones((1, len(self._powers)))
+        *sets, n, _ = self.points.shape
+        covariances, drift = np.ones((*sets, 1, n)), np.ones((1, len(self._powers)))
         for a, axis in enumerate(axes):
             share = (np.arange(axis.parts)[:, None] == axis.part).astype(np.float64)
-            along = share @ _matern_means(self.points[:, a], axis.low, axis.high, self.length)
+            along = share @ _matern_means(self.points[..., None, :, a], axis.low, axis.high, self.length)
             terms = share @ _legendre_means(self._scaled(a, axis.low), self._scaled(a, axis.high), self._degree)
-            covariances = (covariances[:, None] * along).reshape(-1, covariances.shape[1])
+            covariances = (covariances[..., :, None, :] * along[..., None, :, :]).reshape(*sets, -1, n)
             drift = (drift[:, None] * terms[:, self._powers[:, a]]).reshape(-1, drift.shape[1])
         return Measures(covariances, drift)
 
     def at_points(self, points: Array) -> Measures:
-        """Of the measure with mass 1 at each of the points (m, d)."""
+        """Of the measure with mass 1 at each of the points (m, d); of one set only."""
         sums = _core.matern_sums(self.points, np.ascontiguousarray(points), self.length)
         return Measures(sums[None], self._terms(points).sum(axis=0)[None])
 
@@ -152,11 +154,10 @@ class Kriging:
         """
         solved = np.empty_like(right)
         for members in _groups_of_equal_size(group):
-            half = self._half[:, members].transpose(1, 0, 2)
-            blocks = np.tril(self._inverse[members[:, :, None], members[:, None, :]])
-            blocks += np.tril(blocks, -1).mT - half.mT @ half
-            solution = np.linalg.solve(blocks, right[:, members].transpose(1, 2, 0))
-            solved[:, members] = solution.transpose(2, 0, 1)
+            half = np.moveaxis(self._half[..., members], -3, -2)
+            blocks = self._inverse[..., members[:, :, None], members[:, None, :]] - half.mT @ half
+            solution = np.linalg.solve(blocks, np.moveaxis(right[..., members], -3, -1))
+            solved[..., members] = np.moveaxis(solution, -1, -3)
         return solved
 
     @property
@@ -168,9 +169,19 @@ class Kriging:
         return (2 * x - low - high) / (high - low)
 
     def _terms(self, points: Array) -> Array:
-        """The drift's polynomials at points (m, d): (m, terms)."""
-        factors = [_legendre(self._scaled(a, x), self._degree) for a, x in enumerate(points.T)]
-        return reduce(np.multiply, (f[:, self._powers[:, a]] for a, f in enumerate(factors)))
+        """The drift's polynomials at points (..., d): (..., terms)."""
+        factors = [_legendre(self._scaled(a, points[..., a]), self._degree) for a in range(points.shape[-1])]
+        return reduce(np.multiply, (f[..., self._powers[:, a]] for a, f in enumerate(factors)))
+
+
+def _invert_covariance(points: Array, assumed: Model, threads: int, inverse: Array) -> None:
+    """Write K⁻¹ of one set (n, d) into `inverse` (n, n)."""
+    covariance = _core.matern_matrix(np.ascontiguousarray(points), assumed.length, threads).T
+    covariance[np.diag_indices(len(points))] += assumed.noise
+    factor, _ = dpotrf(covariance, lower=1, overwrite_a=1)
+    lower, _ = dpotri(factor, lower=1, overwrite_c=1)  # zero above the diagonal, as the factor is
+    np.add(lower, lower.T, out=inverse)
+    inverse[np.diag_indices(len(points))] /= 2
 
 
 def _groups_of_equal_size(group: Indices) -> Iterator[Indices]:
@@ -182,7 +193,7 @@ def _groups_of_equal_size(group: Indices) -> Iterator[Indices]:
 
 
 def _matern_means(x: Array, low: Array, high: Array, length: float) -> Array:
-    """The means (intervals, n) of M(|· − x_j|) over [low_i, high_i].
+    """The means (..., intervals, n) of M(|· − x_j|) over [low_i, high_i], for x (..., 1, n).
 
     The antiderivative of (1 + s + 2 s²/5 + s³/15) e^−s is 16/5 − (16/5 + 11/5 s + 3/5 s² + s³/15) e^−s.
     """
@@ -196,7 +207,7 @@ def _matern_means(x: Array, low: Array, high: Array, length: float) -> Array:
 
 
 def _legendre(t: Array, degree: int) -> Array:
-    """The Legendre polynomials (n, degree + 1), orthonormal in the mean over [−1, 1], by Bonnet's recursion."""
+    """The Legendre polynomials (..., degree + 1), orthonormal in the mean over [−1, 1], by Bonnet's recursion."""
     values = [np.ones_like(t), t]
     for k in range(1, degree):
         values.append(((2 * k + 1) * t * values[k] - k * values[k - 1]) / (k + 1))

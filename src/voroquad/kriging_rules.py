@@ -28,6 +28,9 @@ Indices = NDArray[np.intp]
 #: Samples that one prediction takes at most; its cost grows with their cube.
 MOST = 2048
 
+#: Covariances of sets that are predicted together.
+TOGETHER = 2**18
+
 #: Larger grids are predicted window by window. By dimension: strata along an axis that a window corrects
 #: at most, and by how many it reaches beyond them on either side.
 WINDOWS = {1: (128, 16), 2: (16, 4), 3: (6, 1), 4: (2, 1)}
@@ -99,49 +102,59 @@ def krige_strata(
 
     Parameters
     ----------
-    points : ndarray, (n, d)
-        One set, in C order of its strata.
+    points : ndarray, (sets, n, d)
+        Sets, each in C order of its strata.
     strata : tuple of int
         Numbers of strata along each axis.
     period : int
         Of the colours of dependent samples; 0 where all are independent.
-    values : ndarray, (fields, n)
+    values : ndarray, (sets, fields, n)
         Of integrands, at the samples.
     threads : int
         Number of threads; the result does not depend on it.
 
     Returns
     -------
-    weights : ndarray, (n,)
+    weights : ndarray, (sets, n)
         They sum to 1.
-    residuals : ndarray, (fields, n)
+    residuals : ndarray, (sets, fields, n)
         What each sample corrects, f_i − f̂^(−c)(x_i).
     """
-    n, d = points.shape
+    sets, n, d = points.shape
     if n == 1:  # nothing to predict from
-        return np.ones(1), values
-    weights, residuals = np.zeros(n), np.empty_like(values)
+        return np.ones((sets, 1)), values
+    weights, residuals = np.zeros((sets, n)), np.empty_like(values)
     for window in windows(strata):
         members, chosen = window.members(), window.to_correct()
         group, axes = window.groups(period)
-        kriging = Kriging(points[members], model(len(members), d, n ** (-1 / d)), window.box(), threads)
-        integrals = kriging.integrals(kriging.over_boxes(axes))
-        missing = chosen - integrals[group, np.arange(len(group))]
-        solved = kriging.leave_out(group, np.vstack([missing, kriging.apply(values[:, members])]))
-        weights[members] += (integrals.sum(axis=0) + kriging.apply(solved[:1])[0]) / n
-        residuals[:, members[chosen]] = solved[1:, chosen]
+        assumed = model(len(members), d, n ** (-1 / d))
+        for batch in _batches(sets, len(members)):
+            kriging = Kriging(points[batch][:, members], assumed, window.box(), threads)
+            integrals = kriging.integrals(kriging.over_boxes(axes))
+            missing = chosen - integrals[:, None, group, np.arange(len(group))]
+            predicted = kriging.apply(values[batch][..., members])
+            solved = kriging.leave_out(group, np.concatenate([missing, predicted], axis=1))
+            weights[batch, members] += (integrals.sum(axis=1) + kriging.apply(solved[:, :1])[:, 0]) / n
+            residuals[batch, :, members[chosen]] = solved[:, 1:, chosen]
     return weights, residuals
 
 
 def krige_independent(points: Array, threads: int) -> Array:
-    """Leave-one-out of independent uniform samples (n, d): weights (n,), which sum to 1."""
-    n, d = points.shape
-    if n == 1:
-        return np.ones(1)
-    kriging = Kriging(points, model(n, d), _unit_box(d), threads)
-    (integral,) = kriging.integrals(kriging.over_boxes([_WHOLE_AXIS] * d))
-    y = kriging.leave_out(np.arange(n), 1 - integral[None])
-    return integral + kriging.apply(y)[0] / n
+    """Leave-one-out of independent uniform samples (sets, n, d): weights (sets, n), each set's sum to 1."""
+    sets, n, d = points.shape
+    weights = np.ones((sets, n))
+    for batch in _batches(sets, n) if n > 1 else ():
+        kriging = Kriging(points[batch], model(n, d), _unit_box(d), threads)
+        integral = kriging.integrals(kriging.over_boxes([_WHOLE_AXIS] * d))
+        y = kriging.leave_out(np.arange(n), 1 - integral)
+        weights[batch] = (integral + kriging.apply(y) / n)[:, 0]
+    return weights
+
+
+def _batches(sets: int, n: int) -> Iterator[slice]:
+    """Sets of n samples to predict together: as many as fill the cache."""
+    size = max(1, TOGETHER // n**2)
+    return (slice(first, first + size) for first in range(0, sets, size))
 
 
 def krige_replicates(points: Array, threads: int) -> Array:

@@ -160,11 +160,7 @@ def fit_strata(samples: SampleSet, order: int | str, threads: int, values: Array
         values = np.take_along_axis(values, order_of[:, None], axis=2)
     points, values = np.ascontiguousarray(points), np.ascontiguousarray(values)
     if isinstance(order, str):
-        by_set = [
-            kriging_rules.krige_strata(x, samples.strata, period, v, threads)
-            for x, v in zip(points, values, strict=True)
-        ]
-        weights, residuals = (np.stack(part) for part in zip(*by_set, strict=True))
+        weights, residuals = kriging_rules.krige_strata(points, samples.strata, period, values, threads)
     else:
         block = stencil(order, samples.strata)
         weights, residuals, _ = _core.leave_one_out_strata(
@@ -186,5 +182,4 @@ def weigh_strata(samples: SampleSet, order: int | str, threads: int) -> Array:
 def weigh_independent(samples: SampleSet, order: str, threads: int) -> Array:
     """Weights (n,) or (sets, n) of independent uniform samples by kriging."""
     sets = np.reshape(samples.points, (-1, samples.n, samples.d))
-    weights = np.stack([kriging_rules.krige_independent(points, threads) for points in sets])
-    return weights.reshape(samples.points.shape[:-1])
+    return kriging_rules.krige_independent(sets, threads).reshape(samples.points.shape[:-1])

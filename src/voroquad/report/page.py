@@ -11,6 +11,7 @@ import mimetypes
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 from .. import __version__
@@ -103,7 +104,7 @@ class Grid:
     rows: list[list[str]]
     source: bytes
 
-    @property
+    @cached_property
     def numeric(self) -> list[bool]:
         """Which columns hold numbers only, where they hold anything."""
         columns = [[row[k] for row in self.rows if row[k]] for k in range(len(self.header))]
