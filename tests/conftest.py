@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import shutil
+import signal
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
@@ -26,6 +27,12 @@ def _cache_of_this_run(tmp_path_factory: pytest.TempPathFactory) -> None:
     base = tmp_path_factory.getbasetemp()
     shared = base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base
     os.environ["VOROQUAD_CACHE_DIR"] = str(shared / "cache")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def _ctrl_c_ends_programs() -> None:
+    """A shell's background jobs ignore Ctrl-C, and would hand that on to the programs that tests interrupt."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")

@@ -3,21 +3,39 @@ import signal
 import subprocess
 import sys
 import time
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
+from voroquad import cli
 
-def voroquad(*arguments, cwd=None):
-    return subprocess.run(
-        [sys.executable, "-c", "from voroquad.cli import main; main()", *map(str, arguments)],
-        capture_output=True,
-        text=True,
-        cwd=cwd,
-    )
+PROGRAM = [sys.executable, "-c", "from voroquad.cli import main; main()"]
 
 
-def test_weights_of_a_csv_file(tmp_path):
+@dataclass
+class Done:
+    """How a command ended."""
+
+    returncode: int
+    stdout: str
+    stderr: str
+
+
+@pytest.fixture
+def voroquad(monkeypatch, capsys):
+    """Run a command in this process."""
+
+    def run(*arguments):
+        monkeypatch.setattr("sys.argv", ["voroquad", *map(str, arguments)])
+        with pytest.raises(SystemExit) as stop:
+            cli.main()
+        return Done(stop.value.code or 0, *capsys.readouterr())
+
+    return run
+
+
+def test_weights_of_a_csv_file(voroquad, tmp_path):
     source, target = tmp_path / "points.csv", tmp_path / "out.csv"
     source.write_text("x,y\n0.25,0.5\n0.75,0.5\n")
     run = voroquad("weights", source, "-o", target, "--json")
@@ -37,7 +55,7 @@ def test_weights_of_a_csv_file(tmp_path):
         (None, [], "No such file"),
     ],
 )
-def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, text, options, message):
+def test_bad_input_is_one_line_and_leaves_nothing(voroquad, tmp_path, text, options, message):
     source, target = tmp_path / "points.csv", tmp_path / "out.csv"
     if text is not None:
         source.write_text(text)
@@ -49,12 +67,12 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, text, options, messa
 
 
 def test_help_names_the_commands():
-    run = voroquad("--help")
+    run = subprocess.run([*PROGRAM, "--help"], capture_output=True, text=True)
     assert run.returncode == 0
     assert "weights" in run.stdout
 
 
-def test_integrate_prints_a_value_with_its_uncertainty():
+def test_integrate_prints_a_value_with_its_uncertainty(voroquad):
     run = voroquad("integrate", "exp(x) * y", "--bounds", "0:1,0:2", "-n", "400", "--seed", 1, "--json")
     assert run.returncode == 0, run.stderr
     result = json.loads(run.stdout)
@@ -66,7 +84,7 @@ def test_integrate_prints_a_value_with_its_uncertainty():
     assert "(" in plain
 
 
-def test_integrate_says_where_a_formula_is_not_finite_and_prints_valid_json():
+def test_integrate_says_where_a_formula_is_not_finite_and_prints_valid_json(voroquad):
     run = voroquad("integrate", "log(x)", "--bounds=-1:1", "--seed", 1, "--json")
     assert "not finite at" in run.stderr
     assert json.loads(run.stdout)["integral"] is None
@@ -83,7 +101,7 @@ def test_integrate_says_where_a_formula_is_not_finite_and_prints_valid_json():
         (["x", "--bounds", "0:1", "--level", "95"], "level"),
     ],
 )
-def test_integrate_refuses_in_one_line(arguments, message):
+def test_integrate_refuses_in_one_line(voroquad, arguments, message):
     run = voroquad("integrate", *arguments)
     assert run.returncode == 2
     assert message in run.stderr
@@ -92,8 +110,7 @@ def test_integrate_refuses_in_one_line(arguments, message):
 
 def test_ctrl_c_and_a_kill_leave_nothing(tmp_path):
     for sent in (signal.SIGINT, signal.SIGTERM):
-        command = [sys.executable, "-c", "from voroquad.cli import main; main()", "study", "-o", "deep/out"]
-        run = subprocess.Popen(command, cwd=tmp_path, stderr=subprocess.PIPE, text=True)
+        run = subprocess.Popen([*PROGRAM, "study", "-o", "deep/out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
         while not list(tmp_path.glob("deep/.out-*")):  # until it is at work
             assert run.poll() is None
             time.sleep(0.05)
@@ -104,7 +121,7 @@ def test_ctrl_c_and_a_kill_leave_nothing(tmp_path):
         assert list(tmp_path.iterdir()) == []
 
 
-def test_wrong_usage_is_exit_code_2():
+def test_wrong_usage_is_exit_code_2(voroquad):
     for arguments in (["nonsense"], ["study", "-o", "x", "--seed", "-1"]):
         run = voroquad(*arguments)
         assert run.returncode == 2

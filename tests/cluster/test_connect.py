@@ -18,10 +18,10 @@ import pytest
 import trustme
 from distributed import LocalCluster, Security
 
-from voroquad.cluster import connected
+from voroquad import cli
+from voroquad.cluster import connect, connected
 from voroquad.units import Series
 
-STUDY = ["--replicates", "20", "--max-n", "32", "--seed", "4"]
 ENVIRONMENT = os.environ | {"VOROQUAD_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 
@@ -74,11 +74,21 @@ def test_a_users_mistake_is_told(tmp_path, arguments, message):
         pass
 
 
-def test_no_scheduler_is_told_in_one_line(tmp_path):
-    done = run("study", "-o", tmp_path / "out", *STUDY, "--scheduler", "tcp://127.0.0.1:1")
-    assert done.returncode == 2
-    assert "no scheduler answers at tcp://127.0.0.1:1" in done.stderr
-    assert done.stderr.count("\n") == 1
+@pytest.fixture
+def impatient(monkeypatch):
+    """Who answers here answers at once."""
+    monkeypatch.setattr(connect, "ANSWER", 1.0)
+
+
+def test_no_scheduler_is_told_in_one_line(impatient, monkeypatch, tmp_path, capsys):
+    arguments = ["study", "-o", tmp_path / "out", "--scheduler", "tcp://127.0.0.1:1"]
+    monkeypatch.setattr("sys.argv", ["voroquad", *map(str, arguments)])
+    with pytest.raises(SystemExit) as stop:
+        cli.main()
+    assert stop.value.code == 2
+    said = capsys.readouterr().err
+    assert "no scheduler answers at tcp://127.0.0.1:1" in said
+    assert said.count("\n") == 1
     assert not list(tmp_path.iterdir())
 
 
@@ -88,7 +98,7 @@ def test_a_store_in_one_process_keeps_units(tmp_path):
     assert (tmp_path / "store").is_dir()
 
 
-def test_certificates(tmp_path):
+def test_certificates(impatient, tmp_path):
     """Of an authority of our own: with them all works, and without them nobody comes in."""
     authority = trustme.CA()
     authority.cert_pem.write_to_path(tmp_path / "ca.pem")

@@ -114,20 +114,39 @@ def test_a_drag_gives_the_cores_estimate(explorer, weights):
     w = vq.weights(points, debias=weights, design="uniform")
     assert estimate(explorer) == pytest.approx(w @ explorer.problem.integrand.values(points), rel=1e-12)
     assert estimate(explorer) != before
-    shares = explorer.cells[2]._cells.data["share"]
-    np.testing.assert_allclose(shares, 64 * w)
+    np.testing.assert_allclose([share for *_, share in drawn(explorer)], 64 * w)
 
 
-def test_patches_are_the_cells_after_many_drags(explorer):
-    two_dimensions(explorer)
+def drawn(explorer):
+    """Each sample as (point, corners, share): of those drawn above, and where there is none, of those below."""
+    picture, rows = explorer.cells[2], {}
+    for source in (picture._below, picture._above):
+        columns = (source.data[name] for name in ("sample", "x", "y", "xs", "ys", "share"))
+        for k, x, y, xs, ys, share in zip(*columns, strict=True):
+            if xs:
+                rows[k] = [x, y], np.column_stack([xs, ys]), share
+            else:  # a point that reaches into a cell above: drawn again as it is
+                assert (rows[k][0], rows[k][2]) == ([x, y], share)
+    return [rows[k] for k in range(len(rows))]
+
+
+@pytest.mark.parametrize("n", [64, 1000])
+def test_patches_are_the_cells_after_many_drags(explorer, n):
+    two_dimensions(explorer, n=n)
     rng = np.random.default_rng(1)
+    above = []
     for _ in range(20):
-        drag(explorer, explorer.editing.edited.points[rng.integers(64)].copy(), rng.random(2))
-    polygons = vq.cells(explorer.editing.edited.points).polygons()
-    drawn = explorer.cells[2]._cells.data
-    np.testing.assert_array_equal(np.column_stack([drawn["x"], drawn["y"]]), explorer.editing.edited.points)
-    for x, y, polygon in zip(drawn["xs"], drawn["ys"], polygons, strict=True):
-        np.testing.assert_array_equal(np.column_stack([x, y]), polygon)
+        drag(explorer, explorer.editing.edited.points[rng.integers(n)].copy(), rng.random(2))
+        above.append(len(explorer.cells[2]._above.data["sample"]))
+    points = explorer.editing.edited.points
+    for (point, corners, _), expected, polygon in zip(
+        drawn(explorer), points, vq.cells(points).polygons(), strict=True
+    ):
+        np.testing.assert_array_equal(point, expected)
+        np.testing.assert_array_equal(corners, polygon)
+    if n == 1000:
+        assert 5 < min(above[:3])
+        assert max(above) < 250
 
 
 def test_a_sample_out_of_its_stratum(explorer):

@@ -49,18 +49,36 @@ def until(condition, seconds=60):
     return result
 
 
+def drawn(page, name):
+    """The columns of a picture's samples: those of its last layer in place of those of its first."""
+    layers = page.evaluate(
+        """(name) => {
+          const { renderers } = Bokeh.documents[0].get_model_by_name(name);
+          const list = (column) => [...column].map((value) => (value.length === undefined ? value : [...value]));
+          return [...new Set(renderers.map((renderer) => renderer.data_source))]
+            .map(({ data }) => Object.fromEntries(Object.entries(data).map(([key, column]) => [key, list(column)])));
+        }""",
+        name,
+    )
+    first, last = layers[0], layers[-1]
+    for row, sample in enumerate(last.get("sample", [])):
+        if last["xs"][row]:
+            for key, column in last.items():
+                first[key][sample] = column[row]
+    return first
+
+
 def place_of(page, name, index):
     """Where on the screen a sample is drawn."""
     page.locator(".picture").scroll_into_view_if_needed()
+    columns = drawn(page, name)
     return page.evaluate(
-        """([name, index]) => {
+        """([name, x, y]) => {
           const view = [...Bokeh.index].find((v) => v.model.name == name);
-          const {x, y, f} = view.model.renderers.at(-1).data_source.data;
           const box = view.el.getBoundingClientRect();
-          const [sx, sy] = [view.frame.x_scale.compute(x[index]), view.frame.y_scale.compute((y ?? f)[index])];
-          return [box.x + sx, box.y + sy];
+          return [box.x + view.frame.x_scale.compute(x), box.y + view.frame.y_scale.compute(y)];
         }""",
-        [name, index],
+        [name, columns["x"][index], columns["y" if "y" in columns else "f"][index]],
     )
 
 
@@ -127,43 +145,33 @@ def test_numbers_out_of_range_are_not_swallowed(open_page):
         until(lambda: not alert.count())
 
 
-def cells(page):
-    return page.evaluate(
-        """() => {
-          const picture = Bokeh.documents[0].get_model_by_name("square");
-          const {x, y, xs, ys, share} = picture.renderers.at(-1).data_source.data;
-          return {x: [...x], y: [...y], share: [...share], xs: [...xs].map((a) => [...a])};
-        }"""
-    )
-
-
 def test_hands_on_the_square(open_page):
     page = open_page()
     page.get_by_label("2-D").check()
     until(lambda: "n=64, d=2" in page.locator(".code pre").inner_text())
 
     for sample, rest in ((5, 0.0), (7, 0.6)):  # moved at once; after the pointer has rested on it
-        before, first, start = cells(page), shown(page), place_of(page, "square", sample)
+        before, first, start = drawn(page, "square"), shown(page), place_of(page, "square", sample)
         drag(page, start, (70, -50), rest)
         there = pytest.approx([start[0] + 70, start[1] - 50], abs=3)
         until(lambda sample=sample, there=there: place_of(page, "square", sample) == there)
-        assert cells(page)["xs"] != before["xs"]
+        assert drawn(page, "square")["xs"] != before["xs"]
         assert shown(page) != first
 
-    before = cells(page)
+    before = drawn(page, "square")
     picture = page.locator(".picture .square").screenshot()
     page.get_by_label("Weights", exact=True).first.select_option(label="leave-one-out")
-    until(lambda: cells(page)["share"] != before["share"])
-    assert cells(page)["xs"] == before["xs"]
+    until(lambda: drawn(page, "square")["share"] != before["share"])
+    assert drawn(page, "square")["xs"] == before["xs"]
     until(lambda: page.locator(".picture .square").screenshot() != picture)
 
     x, y = place_of(page, "square", 0)
     page.get_by_label("add", exact=True).check()
     page.mouse.click(x + 9, y)
-    until(lambda: len(cells(page)["x"]) == 65)
+    until(lambda: len(drawn(page, "square")["x"]) == 65)
     page.get_by_label("remove", exact=True).check()
     page.mouse.click(x + 9, y)
-    until(lambda: len(cells(page)["x"]) == 64)
+    until(lambda: len(drawn(page, "square")["x"]) == 64)
 
 
 def test_the_keyboard_reaches_everything(open_page):

@@ -18,6 +18,8 @@ from .on_dask import OnDask
 from .store import Store
 
 HOST = "127.0.0.1"
+#: Seconds in which a scheduler must answer
+ANSWER = 10.0
 
 
 @contextmanager
@@ -87,7 +89,7 @@ def _client(scheduler: str | None, workers: int | None) -> Iterator[Client]:
             yield client
         return
     try:
-        client = Client(scheduler, timeout=10)
+        client = Client(scheduler, timeout=ANSWER)
     except (OSError, TimeoutError) as error:
         why = re.sub(r"in <.*?>: ", "", str(error.__cause__ or error))
         raise ConnectionError(f"no scheduler answers at {scheduler} ({why}); start one: dask scheduler") from None

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -12,11 +13,13 @@ from bokeh.models import (
     FixedTicker,
     LinearColorMapper,
     Range1d,
+    Scatter,
     Span,
     Ticker,
 )
 from bokeh.plotting import figure
 from numpy.typing import NDArray
+from scipy.spatial import KDTree
 
 from ..bias import BIAS_DESIGNS, bias_function
 from ..cells import cells
@@ -25,6 +28,7 @@ from .edits import EditedSet
 from .style import MUTED, diverging_mapper, new_plot
 
 Array = NDArray[np.float64]
+Corners = list[list[float]]
 
 #: Abscissas of curves
 _CURVE = np.linspace(0, 1, 1001)
@@ -34,6 +38,10 @@ _PIXELS = 160
 _OUTLINED = 400
 _OUTLINE = {"fill_color": "#16181b", "line_color": "#ffffff"}
 _PLAIN = {"fill_color": MUTED, "line_color": None}
+#: As far as a point may reach, in widths of the picture
+_POINT = 0.03
+#: Part of the cells that may be drawn over others before all are drawn anew
+_MOST_ABOVE = 1 / 8
 #: End of the scale of weights, in fair shares, as in the study's figures
 _HEAVIEST = 3.0
 _SHARES = [0, 0.5, 1, 2, 3]
@@ -72,41 +80,60 @@ class CellsInterval:
 
 
 class CellsSquare:
-    """d = 2: samples in their Voronoi cells, coloured by weight."""
+    """d = 2: samples in their Voronoi cells, coloured by weight.
+
+    Bokeh paints the level "overlay" on a canvas of its own. Cells that differ from those below are drawn there, over
+    them: they fill the same place together. So a drag among a thousand samples paints some ten cells, not all.
+    """
 
     def __init__(self) -> None:
         self.figure = new_plot("square", x_range=Range1d(0, 1), y_range=Range1d(0, 1), aspect_ratio=0.93)
-        self._cells = ColumnDataSource({"xs": [], "ys": [], "x": [], "y": [], "f": [], "share": []})
-        mapper = diverging_mapper("square-shares", 0, _HEAVIEST)
-        self._patches: Any = self.figure.patches(
-            "xs", "ys", source=self._cells, line_color=MUTED, line_width=0.6,
-            fill_color={"field": "share", "transform": mapper},
+        self._mapper = diverging_mapper("square-shares", 0, _HEAVIEST)
+        self._below, self._above = self._layer("glyph"), self._layer("overlay")
+        _add_color_bar(self.figure, self._mapper, "weight of a sample, N w", FixedTicker(ticks=_SHARES))
+
+    def _layer(self, level: str) -> ColumnDataSource:
+        """Cells and points of a level, by the samples' numbers."""
+        source = ColumnDataSource({"sample": [], "xs": [], "ys": [], "x": [], "y": [], "share": []})
+        self.figure.patches(
+            "xs", "ys", source=source, level=level, line_color=MUTED, line_width=0.6,
+            fill_color={"field": "share", "transform": self._mapper},
         )  # fmt: skip
-        self._points = _points(self.figure, "x", "y", self._cells)
-        _add_color_bar(self.figure, mapper, "weight of a sample, N w", FixedTicker(ticks=_SHARES))
+        _points(self.figure, "x", "y", source, level=level)
+        return source
 
     def show(self, edited: EditedSet, f: Array, shares: Array) -> None:
-        """Draw the samples with values f (n,) and weights over 1/N, (n,)."""
-        xs, ys = _corners(cells(edited.points).polygons())
-        x, y = edited.points.T.copy()  # edits are made in place
-        if len(self._cells.data["xs"]) != len(edited):
-            self._cells.data = {"xs": xs, "ys": ys, "x": x, "y": y, "f": f, "share": shares}
-            self._set_detail(len(edited))
-            return
-        # A drag changes a few cells: send those only
-        old = self._cells.data
-        corners = zip(old["xs"], old["ys"], strict=True)
-        moved = [k for k, drawn in enumerate(corners) if drawn != (xs[k], ys[k])]
-        patches: dict[str, list[Any]] = {"xs": [(k, xs[k]) for k in moved], "ys": [(k, ys[k]) for k in moved]}
-        for name, column in (("x", x), ("y", y), ("f", f), ("share", shares)):
-            patches[name] = [(int(k), float(column[k])) for k in np.flatnonzero(column != old[name])]
-        self._cells.patch({name: rows for name, rows in patches.items() if rows})
+        """Draw the samples with weights over 1/N, (n,)."""
+        n, points = len(edited), edited.points.copy()  # edits are made in place
+        xs, ys = _corners(cells(points).polygons())
+        changed = self._changed(xs, ys, points, shares)
+        if len(changed) > _MOST_ABOVE * n:
+            self._below.data = _rows(range(n), xs, ys, points, shares)
+            self._set_detail(n)
+            changed = []
+        # Points may reach into cells of others: those that could are drawn again, without their cells
+        overlaid = _within(points, points[changed], _POINT)
+        above = set(changed)
+        xs, ys = ([corners[k] if k in above else [] for k in overlaid] for corners in (xs, ys))
+        self._above.data = _rows(overlaid, xs, ys, points[overlaid], shares[overlaid])
+
+    def _changed(self, xs: Corners, ys: Corners, points: Array, shares: Array) -> list[int]:
+        """Numbers of the samples that are not drawn below as they are; all if there are more or fewer."""
+        below = self._below.data
+        if len(below["sample"]) != len(points):
+            return list(range(len(points)))
+        same = (below["x"] == points[:, 0]) & (below["y"] == points[:, 1]) & (below["share"] == shares)
+        corners = zip(xs, ys, below["xs"], below["ys"], strict=True)
+        return [k for k, (x, y, old_x, old_y) in enumerate(corners) if not same[k] or x != old_x or y != old_y]
 
     def _set_detail(self, n: int) -> None:
-        """Outlines where there is room for them; without, a drag of one sample in a thousand stays smooth."""
+        """Outlines where there is room for them."""
         few = n <= _OUTLINED
-        self._points.glyph.update(size=_marker_size(n), **(_OUTLINE if few else _PLAIN))
-        self._patches.glyph.line_color = MUTED if few else None
+        for renderer in self.figure.renderers:
+            if isinstance(renderer.glyph, Scatter):
+                renderer.glyph.update(size=_marker_size(n), **(_OUTLINE if few else _PLAIN))
+            else:
+                renderer.glyph.line_color = MUTED if few else None
 
 
 class IntegrandSquare:
@@ -188,8 +215,8 @@ _BAR: dict[str, Any] = {
 }  # fmt: skip
 
 
-def _points(plot: figure, x: str, y: str, source: ColumnDataSource) -> Any:
-    return plot.scatter(x, y, source=source, size=8, line_width=1.2, **_OUTLINE)
+def _points(plot: figure, x: str, y: str, source: ColumnDataSource, level: str = "glyph") -> Any:
+    return plot.scatter(x, y, source=source, level=level, size=8, line_width=1.2, **_OUTLINE)
 
 
 def _marker_size(n: int) -> float:
@@ -200,7 +227,18 @@ def _add_color_bar(plot: figure, mapper: LinearColorMapper, title: str, ticker: 
     plot.add_layout(ColorBar(color_mapper=mapper, title=title, ticker=ticker, **_BAR), "below")
 
 
-def _corners(polygons: list[Array]) -> tuple[list[list[float]], list[list[float]]]:
+def _rows(samples: Sequence[int], xs: Corners, ys: Corners, points: Array, shares: Array) -> dict[str, Any]:
+    return {"sample": list(samples), "xs": xs, "ys": ys, "x": points[:, 0], "y": points[:, 1], "share": shares}
+
+
+def _within(points: Array, others: Array, distance: float) -> list[int]:
+    """Numbers of the points (n, 2) no farther than that from any of the others (m, 2)."""
+    if len(others) == 0:
+        return []
+    return np.flatnonzero(KDTree(others).query(points)[0] <= distance).tolist()
+
+
+def _corners(polygons: list[Array]) -> tuple[Corners, Corners]:
     """Abscissas and ordinates of each polygon's corners."""
     x, y = np.concatenate(polygons).T.tolist()
     ends = np.cumsum([len(polygon) for polygon in polygons]).tolist()

@@ -11,9 +11,12 @@ try:
     from bokeh.application import Application
     from bokeh.application.handlers import FunctionHandler
     from bokeh.document import Document
+    from bokeh.protocol import Protocol
     from bokeh.resources import Resources
+    from bokeh.server.connection import ServerConnection
     from bokeh.server.server import BaseServer
     from bokeh.server.tornado import BokehTornado
+    from bokeh.server.views.ws import WSHandler
 
     from .explorer import Explorer
 except ImportError as error:
@@ -103,6 +106,11 @@ class _OwnPageOnly(BokehTornado):
             else self.get_handler_delegate(request, ErrorHandler, {"status_code": 403})
         )
         return delegate
+
+    def new_connection(self, protocol: Protocol, socket: WSHandler, *arguments: Any) -> ServerConnection:
+        """A connection whose messages leave at once: else each waits for the browser's acknowledgement of another."""
+        socket.set_nodelay(True)
+        return super().new_connection(protocol, socket, *arguments)
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
         """Scripts from this server, whatever BOKEH_RESOURCES says."""
