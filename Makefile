@@ -36,10 +36,10 @@ demo: install llvm
 	$(BIN)/voroquad demo -o out
 
 test: install llvm chromium lint
-	$(BIN)/python -m pytest -m 'not slow' -n 2
+	$(BIN)/python -m pytest -m 'not slow' -n 2 --dist worksteal
 
 test-all: install llvm chromium lint
-	$(BIN)/python -m pytest -n 2
+	$(BIN)/python -m pytest -n 2 --dist worksteal
 
 lint: install
 	$(BIN)/ruff check -q .

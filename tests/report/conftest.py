@@ -13,7 +13,7 @@ import numpy as np
 import OpenEXR
 import pytest
 
-from voroquad.report.page import write_report
+from voroquad.report.page import PAGE, write_report
 from voroquad.results import Figure, ImageComparison, Line, Plot, Rendering, Results, Section
 
 if TYPE_CHECKING:
@@ -117,7 +117,8 @@ def _visits(browser: Browser) -> Iterator[Callable[..., Visit]]:
         own = Visit(context.new_page())
         own.listen()
         visits.append(own)
-        own.page.goto(write_report([folder]).as_uri())
+        page = folder / PAGE
+        own.page.goto((page if page.exists() else write_report([folder])).as_uri())
         if own.page.locator(".comparison").count():
             own.page.wait_for_selector(".comparison[data-ready]")
         return own
