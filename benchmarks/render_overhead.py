@@ -26,7 +26,7 @@ import mitsuba as mi
 import numpy as np
 from scipy import stats
 
-from voroquad.mitsuba.render import (
+from voroquad.mitsuba.loading import (
     SPECTRAL_VARIANT,
     VARIANT,
     load_scene,

@@ -73,7 +73,8 @@ def render_costs() -> Iterator[tuple[str, float, str]]:
     import drjit as dr
     import mitsuba as mi
 
-    from voroquad.mitsuba.render import load_scene, make_integrator, own_integrator, write_rounds
+    from voroquad.mitsuba.loading import load_scene, make_integrator, own_integrator
+    from voroquad.mitsuba.render import write_rounds
     from voroquad.mitsuba.rounds import Rounds
 
     mi.set_variant("llvm_ad_rgb")

@@ -14,15 +14,15 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from voroquad.mitsuba.render import (
+from voroquad.mitsuba.loading import (
     SPECTRAL_VARIANT,
     VARIANT,
     load_scene,
     make_integrator,
     motion_of,
     own_integrator,
-    render_image,
 )
+from voroquad.mitsuba.render import render_image
 from voroquad.mitsuba.rounds import Rounds
 
 HERE = Path(__file__).parent

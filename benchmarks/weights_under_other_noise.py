@@ -16,7 +16,8 @@ import mitsuba as mi
 import numpy as np
 
 import voroquad as vq
-from voroquad.mitsuba.render import make_integrator, render_image, use_variant
+from voroquad.mitsuba.loading import make_integrator, use_variant
+from voroquad.mitsuba.render import render_image
 
 RESULT = Path(__file__).parent / "results" / "weights_under_other_noise.csv"
 SEEDS, SPP, SIZE = 12, 64, (80, 60)

@@ -243,11 +243,12 @@ def render(
 ) -> None:
     """Render a Mitsuba scene with weighted sample sets, in rounds that can be resumed."""
     from .mitsuba import render as renderer
+    from .mitsuba.loading import parse_size
 
     with _pool(scheduler, workers, store, output) as pool:
         summary = renderer.render(
             scene, output, domain=domain, spp=spp, sampler=sampler, order=order, debias=debias,
-            weighted=weighted, blend=blend, jitter=jitter, size=renderer.parse_size(size), seed=seed,
+            weighted=weighted, blend=blend, jitter=jitter, size=parse_size(size), seed=seed,
             per_round=per_round, seconds=renderer.parse_seconds(time), target_error=target_error, resume=resume,
             pool=pool,
         )  # fmt: skip
@@ -281,7 +282,7 @@ def compare(
     from ._checks import whole_numbers
     from .mitsuba.compare import compare as run
     from .mitsuba.compare import summary
-    from .mitsuba.render import parse_size
+    from .mitsuba.loading import parse_size
     from .report.page import write_report
 
     with _pool(scheduler, workers, store, output) as pool:

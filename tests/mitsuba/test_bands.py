@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from voroquad.mitsuba.bands import scene_files
+from voroquad.mitsuba.loading import scene_files
 
 
 def test_files_that_a_scene_names(tmp_path):

@@ -11,8 +11,8 @@ import pytest
 from voroquad.mitsuba import compare as comparison
 from voroquad.mitsuba import methods
 from voroquad.mitsuba.figures import closeup_windows
+from voroquad.mitsuba.loading import load_scene
 from voroquad.mitsuba.methods import Stage, methods_for
-from voroquad.mitsuba.render import load_scene
 from voroquad.report.errors import read_errors
 from voroquad.results import Results
 

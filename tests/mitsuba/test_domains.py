@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from voroquad.mitsuba.domains import find_domain
-from voroquad.mitsuba.render import one_line_errors
+from voroquad.mitsuba.loading import one_line_errors
 
 BOX = {"type": "box"}
 FILM = {"type": "hdrfilm", "width": 16, "height": 12, "rfilter": BOX, "pixel_format": "rgb"}

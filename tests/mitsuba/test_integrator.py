@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import voroquad as vq
-from voroquad.mitsuba.render import one_line_errors
+from voroquad.mitsuba.loading import one_line_errors
 
 DESIGNS = ("uniform", "stratified", "sobol", "halton", "zero-two")
 

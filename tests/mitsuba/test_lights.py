@@ -7,7 +7,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from voroquad.mitsuba.render import one_line_errors
+from voroquad.mitsuba.loading import one_line_errors
 
 #: Where the sets sample the light, each a rule without bias
 RULE = {"domain": "light", "sampler": "stratified", "debias": "leave-one-out", "sets": 64, "blend": "off"}

@@ -10,7 +10,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from voroquad.mitsuba.render import SCENES, built_in_scenes
+from voroquad.mitsuba.loading import SCENES, built_in_scenes
 
 GENERATORS = Path(__file__).resolve().parents[2] / "scenes"
 

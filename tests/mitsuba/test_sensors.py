@@ -6,7 +6,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from voroquad.mitsuba.render import one_line_errors
+from voroquad.mitsuba.loading import one_line_errors
 
 POSES = [
     mi.ScalarTransform4f().look_at([0, 1, 5], [0, 0, 0], [0, 1, 0]),

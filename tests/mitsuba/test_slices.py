@@ -7,7 +7,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from voroquad.mitsuba.render import one_line_errors
+from voroquad.mitsuba.loading import one_line_errors
 
 T = mi.ScalarTransform4f
 BALL = {

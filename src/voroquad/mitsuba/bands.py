@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-import hashlib
 import math
 import os
 import threading
 import time
-import xml.etree.ElementTree as ElementTree
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from itertools import islice
-from pathlib import Path
 from typing import Any
 
 import drjit as dr
@@ -23,6 +20,7 @@ from .._checks import thread_count
 from ..tables import SampleTable, kept_table
 from ..units import Advance, Array, File, Pool, Series
 from .accumulation import Footprint, Pass
+from .loading import load_scene, make_integrator, motion_of, one_line_errors, own_integrator, scene_files
 from .rounds import Rounds
 
 
@@ -57,8 +55,6 @@ class Shot:
 
     def loaded(self) -> tuple[mi.Scene, mi.Integrator]:
         """Scene and plug-in; the last ones stay in memory."""
-        from .render import load_scene, make_integrator, motion_of, own_integrator
-
         if mi.variant() != self.variant:
             mi.set_variant(self.variant)
         key = f"{self.scene.path} {self.variant} {self.size}"
@@ -172,8 +168,6 @@ def table_of(recipe: dict[str, Any]) -> SampleTable:
 
 def _band(shot: Shot, table: SampleTable | None, shape: tuple[int, ...], spp: int, seed: int, k: int) -> Array:
     """Seconds that it took, then the strip of band k, filled up to `shape`."""
-    from .render import one_line_errors
-
     with _last.lock, one_line_errors():
         scene, integrator = shot.loaded()
         if table is not None:
@@ -202,25 +196,3 @@ def _threads() -> Iterator[None]:
     finally:
         if dr.thread_count() != before:
             dr.set_thread_count(before)
-
-
-def scene_files(path: Path) -> list[Path]:
-    """An XML scene and the files that it names: textures, meshes, included scenes and theirs."""
-    files = dict.fromkeys([path])
-    for element in ElementTree.parse(path).iter():
-        name = element.get("filename") if element.tag == "include" else None
-        if element.tag == "string" and element.get("name", "").endswith("filename"):
-            name = element.get("value")
-        if not name or not (path.parent / name).is_file():
-            continue
-        found = path.parent / name
-        files |= dict.fromkeys(scene_files(found) if element.tag == "include" else [found])
-    return list(files)
-
-
-def scene_hash(path: Path) -> str:
-    """A hash of a scene and of the files that it names."""
-    digest = hashlib.sha256()
-    for file in scene_files(path):
-        digest.update(hashlib.sha256(file.read_bytes()).digest())
-    return digest.hexdigest()

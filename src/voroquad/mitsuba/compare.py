@@ -21,10 +21,11 @@ from .._progress import progress_bar
 from ..equal_error import equal_error_ratio
 from ..results import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
 from ..units import ONE_PROCESS, Advance, LocalFile, Pool
-from .bands import Camera, Shot, forgetting, scene_hash
+from .bands import Camera, Shot, forgetting
 from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
+from .loading import scene_hash, scene_path, use_variant
 from .methods import SOBOL, UNIFORM, Method, Stage, methods_for
-from .render import Image, check_seed, rgb, scene_path, srgb, use_variant, write_image
+from .render import Image, check_seed, rgb, srgb, write_image
 
 REFERENCE_FACTOR = 16  # samples of the reference over the most samples of a method
 MAX_WAVEFRONT = 2**26  # rays of the reference in flight: about 1 GiB

@@ -12,7 +12,7 @@ from ..results import Line
 from ..samplers import sample
 from ..style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION
 from .domains import find_domain
-from .render import make_integrator, motion_of, own_integrator
+from .loading import make_integrator, motion_of, own_integrator
 
 
 @dataclass(frozen=True)

@@ -7,8 +7,6 @@ import math
 import os
 import re
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -22,11 +20,9 @@ from .._checks import one_of, positive_int
 from .._files import atomic_path
 from .._progress import progress_bar
 from ..units import ONE_PROCESS, LocalFile, Pool
-from .bands import Camera, Shot, forgetting, scene_hash
+from .bands import Camera, Shot, forgetting
+from .loading import one_line_errors, scene_hash, scene_path, use_variant
 from .rounds import Rounds
-
-SCENES = Path(__file__).parent / "scenes"
-VARIANT, SPECTRAL_VARIANT = "llvm_ad_rgb", "llvm_ad_spectral"
 
 DEFAULT_SPP = 64
 #: Samples per pixel of a round at most, unless asked for
@@ -39,113 +35,16 @@ FEWEST_TO_JUDGE = 4
 Image = NDArray[np.float64]
 
 
-def built_in_scenes() -> list[str]:
-    """Names of the scenes that come with the package."""
-    return sorted(path.parent.name for path in SCENES.glob("*/*.xml"))
-
-
-def scene_path(scene: str | os.PathLike[str]) -> Path:
-    """The XML file of a scene given by its path or by the name of a built-in one."""
-    path = SCENES / scene / f"{scene}.xml" if scene in built_in_scenes() else Path(scene)
-    if not path.is_file():
-        names = ", ".join(built_in_scenes())
-        raise ValueError(
-            f"there is no scene {os.fspath(scene)!r}; give the path of a Mitsuba XML file or one of {names}"
-        )
-    return path
-
-
-def parse_size(text: str | None) -> tuple[int, int] | None:
-    """Read "320x240"."""
-    if text is None:
-        return None
-    match = re.fullmatch(r"(\d+)x(\d+)", text)
-    if match is None:
-        raise ValueError(f"size must look like 320x240, got {text!r}")
-    return positive_int("width", int(match[1])), positive_int("height", int(match[2]))
-
-
-def use_variant(domain: str = "") -> None:
-    """Set a Mitsuba variant with just-in-time compilation, spectral where the domain needs it, unless one is set."""
-    spectral = "wavelength" in domain.split("+")
-    if mi.variant() is None or mi.variant().startswith("scalar"):
-        mi.set_variant(SPECTRAL_VARIANT if spectral else VARIANT)
-
-
-@contextmanager
-def one_line_errors() -> Iterator[None]:
-    """Turn Mitsuba's errors, which carry tracebacks and parser positions, into a ValueError of one line."""
-    try:
-        yield
-    except RuntimeError as error:
-        if "KeyboardInterrupt" in str(error) or isinstance(error.__cause__, KeyboardInterrupt):
-            raise KeyboardInterrupt from None  # it passed through a callback of Mitsuba's
-        raise ValueError(_message(error)) from None
-
-
-def _message(error: BaseException) -> str:
-    """The message of the error that started it all."""
-    cause = error.__cause__
-    if cause is not None:
-        return _message(cause)
-    text = str(error)
-    raised = re.findall(r"^\w*(?:Error|Exception): (.*)$", text, re.MULTILINE)
-    text = raised[-1] if raised else re.sub(r"\[\w+\.cpp:\d+\] ", "", text)
-    return " ".join(text.split())
-
-
 def check_seed(seed: int) -> None:
     """Raise ValueError for a seed that Mitsuba, whose seeds have 32 bits, does not take."""
     if not 0 <= seed < 2**32:
         raise ValueError(f"seed must be a whole number from 0 to 2^32 − 1, got {seed}")
 
 
-def load_scene(scene: str | os.PathLike[str], size: tuple[int, int] | None = None, domain: str = "") -> mi.Scene:
-    """Load a scene, with its film resized to (width, height) if `size` is given.
-
-    Where no variant is set, one is that has the `domain`.
-
-    Raises
-    ------
-    ValueError
-        There is no such scene, it is malformed, or it has no sensor.
-    """
-    path = scene_path(scene)
-    use_variant(domain)
-    with one_line_errors():
-        loaded = mi.load_file(str(path))
-    if not isinstance(loaded, mi.Scene) or not loaded.sensors():
-        raise ValueError(f"{os.fspath(path)!r} describes no scene with a sensor")
-    if size is not None:
-        parameters = mi.traverse(loaded.sensors()[0])
-        parameters["film.size"] = size
-        parameters.update()
-    return loaded
-
-
 def render_image(scene: mi.Scene, integrator: mi.Integrator, spp: int, seed: int) -> Image:
     """Render to an array (height, width, channels) of linear radiance."""
     with one_line_errors():
         return np.array(mi.render(scene, integrator=integrator, spp=spp, seed=seed), dtype=np.float64)
-
-
-def own_integrator(scene: mi.Scene) -> mi.Integrator:
-    """The scene's integrator, or the one inside if that is a plug-in of ours; a path tracer if it names none."""
-    own = scene.integrator()
-    if own is None:
-        return mi.load_dict({"type": "path"})
-    return own.nested if hasattr(own, "nested") else own
-
-
-def motion_of(scene: mi.Scene) -> dict[str, Any]:
-    """The properties by which the scene's integrator ``reweighted`` moves objects; none if it is another."""
-    return dict(getattr(scene.integrator(), "keys", {}))
-
-
-def make_integrator(kind: str, nested: mi.Integrator, **properties: Any) -> mi.Integrator:
-    """The plug-in ``plain`` or ``reweighted`` around `nested`."""
-    with one_line_errors():
-        return mi.load_dict({"type": kind, "nested": nested, **properties})
 
 
 def write_image(image: Image, path: str | os.PathLike[str]) -> None:

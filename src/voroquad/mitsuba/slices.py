@@ -14,8 +14,9 @@ import numpy as np
 from ..tables import SampleTable
 from .accumulation import Floats, Footprint
 from .domains import CameraSample
-from .integrator import Plain, Reweighted
+from .integrator import Reweighted
 from .motion import Track, TransformTrack, key_of_dict, keyframes
+from .plain import Plain
 
 #: What a parameter of the scene is at a time
 Course = Callable[[Any], Any]
