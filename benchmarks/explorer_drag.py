@@ -29,7 +29,7 @@ WATCH = """() => {
   window.taken = [];
   let moved = null;
   window.addEventListener("pointermove", () => { moved ??= performance.now(); }, true);
-  source.patching.connect(() => {
+  source.properties.data.change.connect(() => {
     if (moved === null) return;
     const since = moved;
     moved = null;

@@ -25,6 +25,8 @@ Floats = NDArray[np.float64]
 #: Part of every file name; raise it when values, nodes or layout change.
 _FORMAT = 2
 _POINTS_AT_A_TIME = 4096  # when interpolating
+#: So many products OpenBLAS makes on one thread; with more, so thin a matrix waits longer for threads than it takes.
+_ONE_THREAD = 2**18
 
 
 class Axis(Protocol):
@@ -250,7 +252,9 @@ class BiasTable:
 
 def _contract(coefficients: Floats, polynomials: list[Floats]) -> Floats:
     """Σ c[q_1, …, q_d] T_{q_1} … T_{q_d} for rows (m, q) of polynomials."""
-    values = polynomials[0] @ coefficients.reshape(len(coefficients), -1)
+    first, matrix = polynomials[0], coefficients.reshape(len(coefficients), -1)
+    rows = max(1, _ONE_THREAD // matrix.size)
+    values = np.concatenate([first[begin : begin + rows] @ matrix for begin in range(0, len(first), rows)])
     for p in polynomials[1:]:
         values = np.einsum("mq,mqr->mr", p, values.reshape(len(p), p.shape[1], -1))
     return values[:, 0]

@@ -173,6 +173,32 @@ def test_hands_on_the_square(open_page):
     page.mouse.click(x + 9, y)
     until(lambda: len(drawn(page, "square")["x"]) == 64)
 
+    # Of a thousand cells a drag paints those that change: the canvas of the others is left alone
+    page.get_by_label("move", exact=True).check()
+    field = page.get_by_label("N, samples of a set")
+    field.fill("1000")
+    field.press("Enter")
+    until(lambda: len(drawn(page, "square")["x"]) == 1000)
+    page.get_by_role("button", name="Pause").click()
+    page.wait_for_timeout(500)
+    page.evaluate(
+        """() => {
+          const view = [...Bokeh.index].find((v) => v.model.name == "square");
+          window.painted = { _paint_primary: 0, _paint_overlays: 0 };
+          for (const name of Object.keys(painted)) {
+            const paint = view[name].bind(view);
+            view[name] = (context) => { painted[name] += 1; paint(context); };
+          }
+        }"""
+    )
+    start, before = place_of(page, "square", 5), shown(page)
+    drag(page, start, (20, -30))
+    until(lambda: place_of(page, "square", 5) == pytest.approx([start[0] + 20, start[1] - 30], abs=3))
+    until(lambda: shown(page) != before)
+    painted = page.evaluate("painted")
+    assert painted["_paint_primary"] == 0
+    assert painted["_paint_overlays"] > 0
+
 
 def test_the_keyboard_reaches_everything(open_page):
     page = open_page()
@@ -224,6 +250,8 @@ def test_light_dark_and_narrow(open_page):
     for width in (800, 360):
         page.set_viewport_size({"width": width, "height": 700})
         until(lambda width=width: page.evaluate("document.documentElement.scrollWidth") <= width)
+    picture, controls = (page.locator(name).bounding_box() for name in (".picture", "aside"))
+    assert picture["y"] + picture["height"] < controls["y"]
 
 
 def test_a_page_of_another_site_cannot_drive_it(browser, server):

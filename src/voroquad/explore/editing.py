@@ -18,8 +18,8 @@ from .edits import EditedSet
 
 #: How near the pointer must come to a sample, in units of the box
 _REACH = 0.04
-#: Pause in milliseconds before a drag is answered, in which further moves are gathered
-_SHORTEST, _LONGEST = 1, 30
+#: Pause before a drag is answered, in which further moves are gathered: part of the last answer's time, milliseconds
+_PAUSE, _SHORTEST, _LONGEST = 1 / 8, 1, 30
 _MOVE, _ADD, _REMOVE = range(3)
 
 
@@ -99,7 +99,7 @@ class Editing:
         answer_is_due = self._target is not None
         self._target = self._pointed(event)
         if not answer_is_due:
-            pause = int(np.clip(250 * self._answer_took, _SHORTEST, _LONGEST))
+            pause = int(np.clip(1e3 * _PAUSE * self._answer_took, _SHORTEST, _LONGEST))
             self._document.add_timeout_callback(self._follow, pause)
 
     def _follow(self) -> None:

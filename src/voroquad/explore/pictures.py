@@ -11,6 +11,7 @@ from bokeh.models import (
     ColorBar,
     ColumnDataSource,
     FixedTicker,
+    Line,
     LinearColorMapper,
     Range1d,
     Scatter,
@@ -60,8 +61,13 @@ class CellsInterval:
             fill_color={"field": "share", "transform": mapper}, line_color=MUTED, line_width=0.6,
         )  # fmt: skip
         self.figure.line("x", "f", source=self._curve, line_color=MUTED, line_width=2)
-        self._points = _points(self.figure, "x", "f", self._bars)
-        _add_color_bar(self.figure, mapper, "weight of a sample, N w", FixedTicker(ticks=_SHARES))
+        _points(self.figure, "x", "f", self._bars)
+        _add_color_bar(
+            self.figure,
+            diverging_mapper("interval-scale", 0, _HEAVIEST),
+            "weight of a sample, N w",
+            FixedTicker(ticks=_SHARES),
+        )
         self.figure.xaxis.axis_label = "x: drag a sample left or right"
 
     def show_integrand(self, integrand: Integrand) -> None:
@@ -76,7 +82,7 @@ class CellsInterval:
         """Draw the samples with values f (n,) and weights over 1/N, (n,)."""
         left, right = cells(edited.points).intervals().T
         self._bars.data = {"left": left, "right": right, "f": f, "x": edited.points[:, 0].copy(), "share": shares}
-        self._points.glyph.size = _marker_size(len(edited))
+        _set_detail(self.figure, len(edited))
 
 
 class CellsSquare:
@@ -88,28 +94,30 @@ class CellsSquare:
 
     def __init__(self) -> None:
         self.figure = new_plot("square", x_range=Range1d(0, 1), y_range=Range1d(0, 1), aspect_ratio=0.93)
-        self._mapper = diverging_mapper("square-shares", 0, _HEAVIEST)
-        self._below, self._above = self._layer("glyph"), self._layer("overlay")
-        _add_color_bar(self.figure, self._mapper, "weight of a sample, N w", FixedTicker(ticks=_SHARES))
+        mapper = diverging_mapper("square-shares", 0, _HEAVIEST)
+        self._below = self._layer("glyph", mapper)
+        # Of its own: a mapper that colours something has its colour bar, and with it the whole plot, laid out anew
+        self._above = self._layer("overlay", diverging_mapper("square-shares-above", 0, _HEAVIEST))
+        _add_color_bar(self.figure, mapper, "weight of a sample, N w", FixedTicker(ticks=_SHARES))
 
-    def _layer(self, level: str) -> ColumnDataSource:
+    def _layer(self, level: str, mapper: LinearColorMapper) -> ColumnDataSource:
         """Cells and points of a level, by the samples' numbers."""
         source = ColumnDataSource({"sample": [], "xs": [], "ys": [], "x": [], "y": [], "share": []})
         self.figure.patches(
             "xs", "ys", source=source, level=level, line_color=MUTED, line_width=0.6,
-            fill_color={"field": "share", "transform": self._mapper},
+            fill_color={"field": "share", "transform": mapper},
         )  # fmt: skip
         _points(self.figure, "x", "y", source, level=level)
         return source
 
     def show(self, edited: EditedSet, f: Array, shares: Array) -> None:
         """Draw the samples with weights over 1/N, (n,)."""
-        n, points = len(edited), edited.points.copy()  # edits are made in place
+        n, points = len(edited), edited.points
         xs, ys = _corners(cells(points).polygons())
         changed = self._changed(xs, ys, points, shares)
         if len(changed) > _MOST_ABOVE * n:
             self._below.data = _rows(range(n), xs, ys, points, shares)
-            self._set_detail(n)
+            _set_detail(self.figure, n)
             changed = []
         # Points may reach into cells of others: those that could are drawn again, without their cells
         overlaid = _within(points, points[changed], _POINT)
@@ -122,18 +130,10 @@ class CellsSquare:
         below = self._below.data
         if len(below["sample"]) != len(points):
             return list(range(len(points)))
-        same = (below["x"] == points[:, 0]) & (below["y"] == points[:, 1]) & (below["share"] == shares)
+        now = np.column_stack([points, shares])
+        same = (np.column_stack([below["x"], below["y"], below["share"]]) == now).all(axis=1)
         corners = zip(xs, ys, below["xs"], below["ys"], strict=True)
         return [k for k, (x, y, old_x, old_y) in enumerate(corners) if not same[k] or x != old_x or y != old_y]
-
-    def _set_detail(self, n: int) -> None:
-        """Outlines where there is room for them."""
-        few = n <= _OUTLINED
-        for renderer in self.figure.renderers:
-            if isinstance(renderer.glyph, Scatter):
-                renderer.glyph.update(size=_marker_size(n), **(_OUTLINE if few else _PLAIN))
-            else:
-                renderer.glyph.line_color = MUTED if few else None
 
 
 class IntegrandSquare:
@@ -219,8 +219,14 @@ def _points(plot: figure, x: str, y: str, source: ColumnDataSource, level: str =
     return plot.scatter(x, y, source=source, level=level, size=8, line_width=1.2, **_OUTLINE)
 
 
-def _marker_size(n: int) -> float:
-    return float(np.clip(60 / np.sqrt(n), 3.5, 9))
+def _set_detail(plot: figure, n: int) -> None:
+    """Outlines of n cells and points where there is room for them."""
+    few = n <= _OUTLINED
+    for glyph in (renderer.glyph for renderer in plot.renderers):
+        if isinstance(glyph, Scatter):
+            glyph.update(size=float(np.clip(60 / np.sqrt(n), 3.5, 9)), **(_OUTLINE if few else _PLAIN))
+        elif not isinstance(glyph, Line):
+            glyph.line_color = MUTED if few else None
 
 
 def _add_color_bar(plot: figure, mapper: LinearColorMapper, title: str, ticker: Ticker) -> None:
@@ -228,7 +234,8 @@ def _add_color_bar(plot: figure, mapper: LinearColorMapper, title: str, ticker: 
 
 
 def _rows(samples: Sequence[int], xs: Corners, ys: Corners, points: Array, shares: Array) -> dict[str, Any]:
-    return {"sample": list(samples), "xs": xs, "ys": ys, "x": points[:, 0], "y": points[:, 1], "share": shares}
+    x, y = points.T.tolist()  # lists travel in one message, arrays in two more each
+    return {"sample": list(samples), "xs": xs, "ys": ys, "x": x, "y": y, "share": shares.tolist()}
 
 
 def _within(points: Array, others: Array, distance: float) -> list[int]:

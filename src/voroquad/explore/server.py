@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import os
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, Template
@@ -77,6 +78,7 @@ class ExplorerServer:
 def serve() -> None:
     """Serve the explorer on a free port of this machine until Ctrl-C."""
     logging.getLogger("bokeh").setLevel(logging.ERROR)  # a closed page is no news
+    os.environ.setdefault("VOROQUAD_NUM_THREADS", "1")  # sets are small, and the browser has work to do too
     server = ExplorerServer()
     print(f"{server.url}  (Ctrl-C ends it)", flush=True)
     try:

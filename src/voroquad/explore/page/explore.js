@@ -6,7 +6,7 @@
 
   const dark = matchMedia("(prefers-color-scheme: dark)");
   const paint = () => {
-    for (const name of ["interval-shares", "square-shares", "bias"]) {
+    for (const name of ["interval-shares", "interval-scale", "square-shares", "square-shares-above", "bias"]) {
       const mapper = model(name);
       mapper.setv({ palette: mapper.tags[dark.matches ? 1 : 0] }, { sync: false });
     }
