@@ -35,11 +35,14 @@ chromium:
 demo: install llvm
 	$(BIN)/voroquad demo -o out
 
+# Two processes of one thread each: threads of both on the same cores would wait for one another
+PYTEST := VOROQUAD_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal
+
 test: install llvm chromium lint
-	$(BIN)/python -m pytest -m 'not slow' -n 2 --dist worksteal
+	$(PYTEST) -m 'not slow'
 
 test-all: install llvm chromium lint
-	$(BIN)/python -m pytest -n 2 --dist worksteal
+	$(PYTEST)
 
 lint: install
 	$(BIN)/ruff check -q .

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 
+import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
 
 import voroquad.mitsuba  # noqa: F401  (registers the plug-ins)
+
+
+@pytest.fixture
+def one_thread() -> Iterator[None]:
+    """Small renders wait less beside other tests. Not for what writes images: Mitsuba's EXR writer needs two."""
+    before = dr.thread_count()
+    dr.set_thread_count(1)
+    yield
+    dr.set_thread_count(before)
 
 
 @pytest.fixture(autouse=True)

@@ -9,6 +9,8 @@ import pytest
 from voroquad.mitsuba.domains import find_domain
 from voroquad.mitsuba.loading import one_line_errors
 
+pytestmark = pytest.mark.usefixtures("one_thread")
+
 BOX = {"type": "box"}
 FILM = {"type": "hdrfilm", "width": 16, "height": 12, "rfilter": BOX, "pixel_format": "rgb"}
 

@@ -10,6 +10,8 @@ import pytest
 import voroquad as vq
 from voroquad.mitsuba.loading import one_line_errors
 
+pytestmark = pytest.mark.usefixtures("one_thread")
+
 DESIGNS = ("uniform", "stratified", "sobol", "halton", "zero-two")
 
 

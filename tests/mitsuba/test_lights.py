@@ -9,6 +9,8 @@ import pytest
 
 from voroquad.mitsuba.loading import one_line_errors
 
+pytestmark = pytest.mark.usefixtures("one_thread")
+
 #: Where the sets sample the light, each a rule without bias
 RULE = {"domain": "light", "sampler": "stratified", "debias": "leave-one-out", "sets": 64, "blend": "off"}
 

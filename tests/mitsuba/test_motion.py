@@ -9,6 +9,8 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from voroquad.mitsuba.motion import key_of_dict, make_track
 
+pytestmark = pytest.mark.usefixtures("one_thread")
+
 TIMES = [0.0, 0.25, 1.0]
 TURNS = Rotation.from_euler("yxz", [[0, 0, 0], [80, 20, 0], [200, -30, 45]], degrees=True)
 SHIFTS = np.array([[0, 1, 5], [1, 1, 5], [-2, 0.5, 4.0]])

@@ -8,6 +8,8 @@ import pytest
 
 from voroquad.mitsuba.loading import one_line_errors
 
+pytestmark = pytest.mark.usefixtures("one_thread")
+
 POSES = [
     mi.ScalarTransform4f().look_at([0, 1, 5], [0, 0, 0], [0, 1, 0]),
     mi.ScalarTransform4f().look_at([1, 1.5, 4], [0.3, 0, 0], [0, 1, 0]),
