@@ -25,9 +25,15 @@ def images(rng, *, domain, other, spread=0.3, rounds=1):
     return truth, plain, difference
 
 
+def of_round(plain, difference):
+    share = blend.Share(*plain.shape[:2])
+    share.observe(plain, difference)
+    return share
+
+
 def blended(plain, difference):
     half = blend.checkerboard(HEIGHT, WIDTH)
-    share = blend.halves_of_one_round(plain, difference, half)
+    share = of_round(plain, difference).halves()
     return np.where(half == 0, *share), plain + np.where(half == 0, *share)[..., None] * difference
 
 
@@ -70,9 +76,7 @@ def test_blend_of_one_round_is_unbiased(monkeypatch):
     monkeypatch.setattr(blend, "SPREAD", (10.0, 10.0))
 
     def by_itself(plain, difference):
-        share = blend.Share(HEIGHT, WIDTH)
-        share.observe(plain, difference, blend.from_neighbours(plain))
-        return plain + share.map()[..., None] * difference
+        return plain + of_round(plain, difference).map()[..., None] * difference
 
     errors = []
     for seed in range(800):
@@ -88,8 +92,7 @@ def test_blend_of_one_round_is_unbiased(monkeypatch):
 def test_later_rounds_take_lambda_from_earlier_ones():
     """Centred on the pixel's mean so far, λ settles where it belongs, tile by tile."""
     _, plain, difference = images(np.random.default_rng(3), domain=0.2, other=0.2, rounds=12)
-    share = blend.Share(HEIGHT, WIDTH)
-    share.observe(plain[0], difference[0], blend.from_neighbours(plain[0]))
+    share = of_round(plain[0], difference[0])
     for k in range(1, 12):
         share.observe(plain[k], difference[k], plain[:k].mean(0))
     assert np.abs(share.map() - 1 / 1.3).max() < 0.15
@@ -97,22 +100,29 @@ def test_later_rounds_take_lambda_from_earlier_ones():
 
 def test_neighbours_of_the_same_half_only():
     """A pixel's value does not enter what its own half's other pixels are compared with, were it of the other half."""
-    image = np.zeros((9, 9, 1))
-    image[4, 5] = 1
+    image = np.zeros((13, 13, 1))
+    image[6, 7] = 1
     touched = blend.from_neighbours(image)[..., 0] != 0
-    assert touched.any()
+    assert touched.sum() == 8
     assert not touched[blend.checkerboard(9, 9) == 0].any()
-    # Linear images are predicted exactly
-    y, x = np.indices((9, 9))
-    linear = (2 * x - 3 * y + 1.0)[..., None]
-    np.testing.assert_allclose(blend.from_neighbours(linear)[2:-2, 2:-2], linear[2:-2, 2:-2])
+    # Quadratic images are predicted exactly, and what varies along a diagonal only
+    y, x = np.indices((13, 13))
+    for smooth in (2 * x - 3 * y + x**2 + x * y - 2 * y**2 + 1.0, np.exp((x + y) / 3)):
+        np.testing.assert_allclose(blend.from_neighbours(smooth[..., None])[..., 0], smooth[2:-2, 2:-2])
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_where_lambda_cannot_be_known_it_is_small(seed):
+    """Pixels that differ much more than their noise: what neighbours say is worthless, and weights would hurt."""
+    rng = np.random.default_rng(seed)
+    plain = 100 * rng.standard_normal((HEIGHT, WIDTH, 1))
+    share = of_round(plain, 0.5 * rng.standard_normal((HEIGHT, WIDTH, 1)))
+    assert share.halves().mean() < 0.15
 
 
 def test_small_and_empty_images():
     nothing = np.zeros((20, 20, 3))
-    half = blend.checkerboard(20, 20)
-    np.testing.assert_array_equal(blend.halves_of_one_round(nothing + 1, nothing, half), np.zeros((2, 20, 20)))
+    np.testing.assert_array_equal(of_round(nothing + 1, nothing).halves(), np.zeros((2, 20, 20)))
     for shape in ((1, 1), (2, 50)):
         ones = np.ones((*shape, 3))
-        share = blend.halves_of_one_round(ones, ones, blend.checkerboard(*shape))
-        np.testing.assert_array_equal(share, np.zeros((2, *shape)))
+        np.testing.assert_array_equal(of_round(ones, ones).halves(), np.zeros((2, *shape)))

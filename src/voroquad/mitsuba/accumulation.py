@@ -14,7 +14,7 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from .blend import checkerboard
+from .blend import checkerboard, strips
 
 Floats = NDArray[np.float64]
 
@@ -33,13 +33,12 @@ def quotient(index: mi.UInt32, n: int) -> mi.UInt32:
 def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Floats:
     """Means (pixels, len(values)) over the `spp` consecutive rays of each pixel; `index` numbers the rays."""
     run = min(spp & -spp, _LONGEST_RUN)  # the largest power of two that divides spp
-    place = quotient(index, run)
-    sums = [dr.zeros(mi.Float, dr.width(index) // run) for _ in values]
-    for total, value in zip(sums, values, strict=True):
-        dr.scatter_reduce(dr.ReduceOp.Add, total, value, place)
-    dr.eval(sums)
-    of_runs = np.stack([np.array(total, dtype=np.float64) for total in sums], -1)
-    return of_runs.reshape(-1, spp // run, len(values)).sum(1) / spp
+    sums = dr.zeros(mi.Float, dr.width(index) // run * len(values))
+    dr.scatter_add(sums, mi.ArrayXf(values), quotient(index, run))
+    of_runs = np.array(sums, dtype=np.float64).reshape(-1, spp // run, len(values))
+    means = of_runs[:, 0] if run == spp else of_runs.sum(1)
+    means /= spp
+    return means
 
 
 @dataclass
@@ -50,8 +49,9 @@ class Pass:
     ----------
     plain : ndarray, (height, width, channels)
         The image with equal weights: colours, then the other channels.
-    differences : ndarray, (2, height, width, 3)
-        What the weights add to its colours, from the samples of each half of a checkerboard of pixels.
+    differences : ndarray, (2, height, width, 3) or (1, height, width, 3)
+        What the weights add to its colours, from the samples of each half of a checkerboard of pixels; or in all,
+        where each pixel shows its own samples alone.
     pixel_plain, pixel_difference : ndarray, (height, width, 3)
         Means over the samples of each pixel, without the film's filter: colours, and what weights add to them.
     """
@@ -68,8 +68,14 @@ class Pass:
         return height, width
 
     def blended(self, share: Floats) -> Floats:
-        """Colours (height, width, 3) with a share λ (2, height, width) of what each half's weights add."""
-        return self.plain[..., :3] + (share[..., None] * self.differences).sum(0)
+        """The image (height, width, channels) with a share λ (2, height, width) of what each half's weights add."""
+        if len(self.differences) == 1:
+            share = np.where(checkerboard(*self.size) == 0, share[0], share[1])[None]
+        image = self.plain.copy()
+        for rows in strips(len(image)):
+            for of_half, difference in zip(share, self.differences, strict=True):
+                image[rows, :, :3] += of_half[rows, :, None] * difference[rows]
+        return image
 
 
 class Footprint:
@@ -170,9 +176,12 @@ class Footprint:
         columns, rows = self.window
         total = np.zeros(0)
         for strip, band in zip(strips, bands, strict=True):
+            height = len(band) + 2 * self.reach
+            if len(bands) == 1:
+                total = strip[:height]
+                break
             if total.size == 0:
                 total = np.zeros((rows + 2 * self.reach, columns, strip.shape[-1]))
-            height = len(band) + 2 * self.reach
             total[band.start : band.start + height] += strip[:height]
         total = total[self.reach : self.reach + rows]
         return self._pass_of_box(total, channels) if self.reach == 0 else self._pass_of_filter(total, channels)
@@ -181,8 +190,7 @@ class Footprint:
         plain, change = np.split(self.crop(total), [channels], axis=-1)
         if change.shape[-1] == 0:
             change = np.zeros_like(plain[..., :3])
-        half = checkerboard(*change.shape[:2])[..., None]
-        return Pass(plain, np.stack([change * (half == h) for h in (0, 1)]), plain[..., :3], change)
+        return Pass(plain, change[None], plain[..., :3], change)
 
     def _pass_of_filter(self, total: Floats, channels: int) -> Pass:
         image = self.crop(total)

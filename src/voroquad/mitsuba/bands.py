@@ -21,7 +21,7 @@ from ..tables import SampleTable, kept_table
 from ..units import Advance, Array, File, Pool, Series
 from .accumulation import Footprint, Pass
 from .loading import load_scene, make_integrator, motion_of, one_line_errors, own_integrator, scene_files
-from .rounds import Rounds
+from .rounds import alone
 
 
 @dataclass(frozen=True)
@@ -132,9 +132,8 @@ class Camera:
 
     def develop(self, done: Pass) -> Array:
         """The image (height, width, channels) that a render in one round gives."""
-        rounds = Rounds(done.plain.shape, blend=self.integrator.blend)
-        rounds.add(done)
-        return np.array(self.integrator.develop(self.scene.sensors()[0].film(), rounds), dtype=np.float64)
+        image = alone(done, blend=self.integrator.blend)
+        return np.array(self.integrator.develop(self.scene.sensors()[0].film(), *image), dtype=np.float64)
 
     def passes(self, series: Iterable[Series], advance: Advance) -> Generator[tuple[Pass, float]]:
         """The images of series, and the seconds that their units took, in all."""

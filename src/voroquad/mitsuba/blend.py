@@ -13,8 +13,10 @@ from numpy.typing import NDArray
 
 Floats = NDArray[np.float64]
 
-#: Side of a tile in pixels
+#: Side of a tile in pixels, even
 TILE = 16
+#: How many rows or columns away the pixels are that a pixel is compared with, at most
+REACH = 2
 #: Least and greatest standard deviation of λ between tiles that is expected
 SPREAD = (0.25, 0.5)
 #: What a tile's neighbour counts in its surroundings, less than 1; the next one counts the square, and so on
@@ -23,8 +25,7 @@ NEARBY = 0.7
 
 def checkerboard(height: int, width: int, start: int = 0) -> NDArray[np.intp]:
     """The half, 0 or 1, of each pixel (height, width); `start` is that of the first."""
-    y, x = np.indices((height, width))
-    return (x + y + start) % 2
+    return (np.arange(start, start + height)[:, None] + np.arange(width)) & 1
 
 
 class Share:
@@ -43,98 +44,125 @@ class Share:
 
     A tile's estimate l has the variance v, from the spread of (A − c) D + l D² over its pixels. Tiles resemble those
     around them: λ is the mean of l and of the surroundings' m, weighted by 1/v and 1/s², where m and the variance s²
-    around it are weighted means of l and of (l − m)² − v over the other tiles, the nearer the more; cut to [0, 1].
+    around it are weighted means of l and of (l − m)² − v over the other tiles, the nearer the more, and over one where
+    it is 0; cut to [0, 1].
     """
 
     def __init__(self, height: int, width: int) -> None:
         self.products = np.zeros((height, width))  # Σ (A − c) D
         self.squares = np.zeros((height, width))  # Σ D²
 
-    def observe(self, plain: Floats, difference: Floats, centre: Floats) -> None:
-        """Add a round: A, D and c, each (height, width, channels)."""
-        self.products += ((plain - centre) * difference).sum(-1)
-        self.squares += (difference**2).sum(-1)
+    def observe(self, plain: Floats, difference: Floats, centre: Floats | None = None) -> None:
+        """Add a round: A, D and c, each (height, width, channels); without c, it is what neighbours say."""
+        if centre is None:
+            if min(plain.shape[:2]) <= REACH:  # no neighbours to learn from
+                return
+            mirrored = np.pad(plain, ((REACH, REACH), (REACH, REACH), (0, 0)), mode="reflect")
+        for rows in strips(len(plain)):
+            if centre is None:
+                deviation = from_neighbours(mirrored[rows.start : rows.stop + 2 * REACH])
+                np.subtract(plain[rows], deviation, out=deviation)
+            else:
+                deviation = plain[rows] - centre[rows]
+            own = difference[rows]
+            deviation *= own
+            square = own * own
+            for channel in range(plain.shape[-1]):
+                self.products[rows] += deviation[..., channel]
+                self.squares[rows] += square[..., channel]
 
-    def map(self, pixels: NDArray[np.bool_] | None = None) -> Floats:
-        """λ (height, width) of each pixel's tile, by the tile's pixels or by those of `pixels` only."""
+    def map(self) -> Floats:
+        """λ (height, width) of each pixel's tile."""
+        return self._of_pixels(least_variance(self._moments().sum(1)))
+
+    def halves(self) -> Floats:
+        """λ (2, height, width) for the pixels of each half of a checkerboard, by those of the other."""
+        moments = self._moments()
+        return self._of_pixels(np.stack([least_variance(moments[:, half]) for half in (1, 0)]))
+
+    def _moments(self) -> Floats:
+        """Sums (5, 2, rows, columns) of p, s, p², p s and s² over the pixels of each half of each tile."""
         height, width = self.products.shape
-        used = np.ones((height, width), bool) if pixels is None else pixels
-        products, squares = self.products * used, self.squares * used
-        numerator, denominator = _tile_sums(products), _tile_sums(squares)
-        some = denominator > 0
-        denominator = np.where(some, denominator, 1)
-        estimate = -numerator / denominator
-        residual = products + _spread(estimate, height, width) * squares
-        # Degrees of freedom: of n equal pixels, 1 − 1/n
-        free = 1 - _tile_sums(squares**2) / denominator**2
-        known = some & (free > 1e-9)
-        if not known.any():
-            return np.zeros((height, width))
-        variance = np.full_like(free, np.inf)
-        np.divide(_tile_sums(residual**2), denominator**2 * free, where=known, out=variance)
+        columns = -(-width // TILE)
+        tiles = np.empty((5, 2, -(-height // TILE), columns))
+        sums = np.zeros((5, TILE, columns * TILE))
+        for row, pixels in enumerate(strips(height)):
+            p, s = self.products[pixels], self.squares[pixels]
+            sums[:, len(p) :] = 0
+            for image, of_pixels in zip(sums, (p, s, p * p, p * s, s * s), strict=True):
+                image[: len(p), :width] = of_pixels
+            by_row = sums.reshape(5, TILE // 2, 2, -1).sum(1)
+            odd = by_row.reshape(5, 2, columns, TILE // 2, 2).sum(3)  # (5, odd row?, columns, odd column?)
+            tiles[:, 0, row] = odd[:, 0, :, 0] + odd[:, 1, :, 1]
+            tiles[:, 1, row] = odd[:, 0, :, 1] + odd[:, 1, :, 0]
+        return tiles
 
-        # What surrounding tiles say; far outliers count as near ones
-        weight = 1 / (variance + SPREAD[0] ** 2)
-        bounded = np.clip(estimate, -0.5, 1.5)
-        near = _surroundings(weight)
-        prior = np.clip(_surroundings(weight * bounded) / near, 0, 1)
-        excess = (
-            _surroundings(weight * np.where(known, (bounded - prior) ** 2 - np.where(known, variance, 0), 0)) / near
-        )
-        between = np.clip(excess, SPREAD[0] ** 2, SPREAD[1] ** 2)
+    def _of_pixels(self, tiles: Floats) -> Floats:
+        """Each pixel's value (…, height, width) of its tile."""
+        height, width = self.products.shape
+        return tiles.repeat(TILE, axis=-2)[..., :height, :].repeat(TILE, axis=-1)[..., :width]
 
-        trust = between / (variance + between)  # 1 where the tile's own estimate is certain, 0 where it is worthless
-        return _spread(np.clip(trust * estimate + (1 - trust) * prior, 0, 1), height, width)
+
+def least_variance(moments: Floats) -> Floats:
+    """λ of tiles from sums (5, rows, columns) over their pixels: of p = (A − c) D, s = D², p², p s and s²."""
+    p, s, pp, ps, ss = moments
+    some = s > 0
+    denominator = np.where(some, s, 1)
+    estimate = -p / denominator
+    residual = np.maximum(pp + 2 * estimate * ps + estimate**2 * ss, 0)
+    # Degrees of freedom: of n equal pixels, 1 − 1/n
+    free = 1 - ss / denominator**2
+    known = some & (free > 1e-9)
+    if not known.any():
+        return np.zeros_like(s)
+    variance = np.full_like(free, np.inf)
+    np.divide(residual, denominator**2 * free, where=known, out=variance)
+
+    # What surrounding tiles say; far outliers count as near ones
+    weight = 1 / (variance + SPREAD[0] ** 2)
+    bounded = np.clip(estimate, -0.5, 1.5)
+    near = _surroundings(weight)
+    # … and one tile more, without weights: where λ cannot be known it is near 0
+    prior = np.clip(_surroundings(weight * bounded) / (near + SPREAD[1] ** -2), 0, 1)
+    deviation = np.where(known, (bounded - prior) ** 2 - np.where(known, variance, 0), 0)
+    between = np.clip(_surroundings(weight * deviation) / near, SPREAD[0] ** 2, SPREAD[1] ** 2)
+
+    trust = between / (variance + between)  # 1 where the tile's own estimate is certain, 0 where it is worthless
+    return np.clip(trust * estimate + (1 - trust) * prior, 0, 1)
+
+
+def strips(height: int) -> list[slice]:
+    """The rows of each row of tiles: what is done to one of them at a time stays in the processor's cache."""
+    return [slice(top, min(top + TILE, height)) for top in range(0, height, TILE)]
 
 
 def from_neighbours(image: Floats) -> Floats:
-    """What a pixel's neighbours in its half of a checkerboard say it should be, (height, width, channels).
-
-    Half the sum of the four diagonal neighbours less a quarter of the sum of the four at distance 2 along the axes:
-    right for what varies linearly, or along one diagonal only. The image is mirrored at its border; it needs three
-    pixels in each direction.
-    """
-    height, width = image.shape[:2]
-    padded = np.pad(image, ((2, 2), (2, 2), (0, 0)), mode="reflect")
-
-    def at(y: int, x: int) -> Floats:
-        return padded[2 + y : 2 + y + height, 2 + x : 2 + x + width]
-
-    near = at(-1, -1) + at(-1, 1) + at(1, -1) + at(1, 1)
-    far = at(-2, 0) + at(2, 0) + at(0, -2) + at(0, 2)
-    return near / 2 - far / 4
-
-
-def halves_of_one_round(plain: Floats, difference: Floats, half: NDArray[np.intp]) -> Floats:
-    """λ (2, height, width) for the pixels of each half, by those of the other, from a single round.
+    """What the pixels' neighbours in their halves of a checkerboard say they should be.
 
     Parameters
     ----------
-    plain, difference : ndarray, (height, width, channels)
-        A and D.
-    half : ndarray of int, (height, width)
-        A checkerboard, 0 and 1; the two halves' sample sets are independent.
+    image : ndarray, (height + 2 REACH, width + 2 REACH, channels)
+        With neighbours of the pixels at its border.
+
+    Returns
+    -------
+    ndarray, (height, width, channels)
+        Half the sum of the four diagonal neighbours less a quarter of the sum of the four at distance 2 along the
+        axes: right for what varies quadratically, or along one diagonal only.
     """
-    if min(half.shape) < 3:  # no neighbours to learn from
-        return np.zeros((2, *half.shape))
-    share = Share(*half.shape)
-    share.observe(plain, difference, from_neighbours(plain))
-    return np.stack([share.map(half == 1), share.map(half == 0)])
-
-
-def _tile_sums(image: Floats) -> Floats:
-    """Sums over the tiles, those at the right and lower border being smaller."""
-    height, width = image.shape
-    rows = np.add.reduceat(image, np.arange(0, height, TILE), axis=0)
-    return np.add.reduceat(rows, np.arange(0, width, TILE), axis=1)
+    height, width = image.shape[0] - 2 * REACH, image.shape[1] - 2 * REACH
+    rows = image[1 : height + 1] + image[3 : height + 3]
+    near = rows[:, 1 : width + 1] + rows[:, 3 : width + 3]
+    far = image[:height, 2 : width + 2] + image[4:, 2 : width + 2]
+    far += image[2 : height + 2, :width]
+    far += image[2 : height + 2, 4:]
+    near *= 1 / 2
+    far *= 1 / 4
+    near -= far
+    return near
 
 
 def _surroundings(tiles: Floats) -> Floats:
     """Sums over all tiles, the nearer counting more."""
     by_row, by_column = (NEARBY ** np.abs(np.subtract.outer(np.arange(n), np.arange(n))) for n in tiles.shape)
     return by_row @ tiles @ by_column
-
-
-def _spread(tiles: Floats, height: int, width: int) -> Floats:
-    """Each pixel's value of its tile."""
-    return tiles.repeat(TILE, axis=0)[:height].repeat(TILE, axis=1)[:, :width]

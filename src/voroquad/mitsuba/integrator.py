@@ -149,11 +149,17 @@ class Reweighted(Plain):
         self._upload(table)
 
     def _upload(self, table: SampleTable) -> None:
-        """Hand points and N·w to the device in its own precision."""
-        below_one = np.nextafter(np.float32(1), np.float32(0))
-        points = np.minimum(table.points.astype(np.float32), below_one)
-        self._points = mi.Float(points.ravel())
-        self._factors = mi.Float((table.n * table.weights).astype(np.float32).ravel())
+        """Hand points and N·w to the device in its own precision, side by side.
+
+        Rows of a power of two numbers are read in one go.
+        """
+        d, below_one = table.d, np.nextafter(np.float32(1), np.float32(0))
+        self._width = 1 << d.bit_length() if self.weighted else 1 << (d - 1).bit_length()
+        rows = np.zeros((table.sets, table.n, self._width), np.float32)
+        rows[..., :d] = np.minimum(table.points.astype(np.float32), below_one)
+        if self.weighted:
+            rows[..., d] = table.n * table.weights
+        self._rows_of_table = mi.Float(rows.ravel())
         self._n, self._sets = table.n, table.sets
 
     # ------------------------------------------------------------------ samples and weights from the table
@@ -183,10 +189,11 @@ class Reweighted(Plain):
         """Draw the camera sample, replace its coordinates of the domain, and weigh it."""
         drawn = super().camera_sample(sensor, sampler, index, corner)
         row = self.row(index, sampler.sample_count(), corner)
+        values = dr.gather(mi.ArrayXf, self._rows_of_table, row, shape=(self._width, dr.width(row)))
         d = self.domain.dimension
-        self.domain.place(drawn, [dr.gather(mi.Float, self._points, row * d + axis) for axis in range(d)])
+        self.domain.place(drawn, [values[axis] for axis in range(d)])
         if self.weighted:
-            drawn.factor = dr.gather(mi.Float, self._factors, row)
+            drawn.factor = values[d]
         return drawn
 
     @property
@@ -228,10 +235,11 @@ class Reweighted(Plain):
     ) -> tuple[list[mi.Float], list[mi.Float]]:
         """What rays bring to the channels of the film (colours, alpha, others), and what the weights add to colours."""
         weighed, rest, valid, aovs = self.split(scene, sampler, rays, mi.Bool(True))
-        channels = self._film_channels(film, rays, weighed + rest, valid, aovs)
+        weighed_colour, rest_colour = (colour(part * rays.weight, rays.ray.wavelengths) for part in (weighed, rest))
+        channels = self._film_channels(film, weighed_colour + rest_colour, valid, aovs)
         if rays.drawn.factor is None:
             return channels, []
-        return channels, [*colour(weighed * (rays.drawn.factor - 1) * rays.weight, rays.ray.wavelengths)]
+        return channels, [*(weighed_colour * (rays.drawn.factor - 1))]
 
     def render_forward(self, scene: mi.Scene, params: Any, sensor: Any = 0, *args: Any, **named: Any) -> mi.TensorXf:
         """Forward derivative of the image without blend."""

@@ -84,22 +84,22 @@ class FirstHit:
         direction, radiance = scene.sample_emitter_direction(hit, u, True, lit)
         lit &= direction.pdf != 0
         outgoing = hit.to_local(direction.d)
-        value, pdf = bsdf.eval_pdf(context, hit, outgoing, lit)
-        share = mi.Float(1)
-        if self.samples_bsdf:
-            share = dr.select(direction.delta, 1, _share(direction.pdf, pdf))
-        sampled = dr.select(lit, value * radiance * share, 0)
-        valid = hit.is_valid() | (self._sees_environment and scene.environment() is not None)
+        valid = active & (hit.is_valid() | (self._sees_environment and scene.environment() is not None))
         if not self.samples_bsdf:
-            return Light(sampled, emission, active & valid)
+            value = bsdf.eval(context, hit, outgoing, lit)
+            return Light(dr.select(lit, value * radiance, 0), emission, valid)
 
         # The BSDF sample, and what emits where it leads
-        drawn, weight = bsdf.sample(context, hit, sampler.next_1d(), sampler.next_2d(), reflects)
+        value, pdf, drawn, weight = bsdf.eval_pdf_sample(
+            context, hit, outgoing, sampler.next_1d(), sampler.next_2d(), reflects
+        )
+        share = dr.select(direction.delta, 1, _share(direction.pdf, pdf))
+        sampled = dr.select(lit, value * radiance * share, 0)
         on = reflects & dr.any(weight != 0)
         onward = hit.spawn_ray(hit.to_world(drawn.wo))
         onward.wavelengths = ray.wavelengths
         found = self._onward(scene, sampler, onward, hit, drawn, weight, on)
-        return Light(sampled, emission + found, active & valid)
+        return Light(sampled, emission + found, valid)
 
     @dr.syntax  # type: ignore[untyped-decorator]
     def _onward(
@@ -126,11 +126,11 @@ class FirstHit:
             lit = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
             direction, radiance = scene.sample_emitter_direction(here, sampler.next_2d(), True, lit)
             lit &= direction.pdf != 0
-            value, pdf = bsdf.eval_pdf(context, here, here.to_local(direction.d), lit)
+            value, pdf, sample, weight = bsdf.eval_pdf_sample(
+                context, here, here.to_local(direction.d), sampler.next_1d(), sampler.next_2d(), active
+            )
             share = dr.select(direction.delta, 1, _share(direction.pdf, pdf))
             light += dr.select(lit, throughput * share * value * radiance, 0)
-
-            sample, weight = bsdf.sample(context, here, sampler.next_1d(), sampler.next_2d(), active)
             ray = here.spawn_ray(here.to_world(sample.wo))
             throughput *= weight
             eta *= sample.eta

@@ -14,7 +14,7 @@ from mitsuba.python.ad.integrators.common import ADIntegrator, RBIntegrator
 
 from .accumulation import Floats, Footprint, Pass, pixel_means, quotient
 from .domains import CameraSample
-from .rounds import Rounds
+from .rounds import alone
 
 
 @dataclass
@@ -218,9 +218,7 @@ class Plain(ADIntegrator):
             sensor = scene.sensors()[sensor]
         with dr.suspend_grad():
             done = self.render_pass(scene, sensor, seed, spp)
-            rounds = Rounds(done.plain.shape, blend=self.blend)
-            rounds.add(done)
-            return self.develop(sensor.film(), rounds)
+            return self.develop(sensor.film(), *alone(done, blend=self.blend))
 
     def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: mi.UInt32, spp: int) -> Pass:
         """Trace all rays, band after band; the image with equal weights, and what the weights change."""
@@ -261,25 +259,26 @@ class Plain(ADIntegrator):
     ) -> tuple[list[mi.Float], list[mi.Float]]:
         """What rays bring to the channels of the film (colours, alpha, others), and what weights add to colours."""
         radiance, valid, aovs = self.follow(scene, sampler, rays, mi.Bool(True))
-        return self._film_channels(film, rays, radiance, valid, aovs), []
+        return self._film_channels(film, colour(radiance * rays.weight, rays.ray.wavelengths), valid, aovs), []
 
     @staticmethod
-    def _film_channels(
-        film: mi.Film, rays: CameraRays, radiance: mi.Spectrum, valid: mi.Bool, aovs: list[mi.Float]
-    ) -> list[mi.Float]:
-        channels = [*colour(radiance * rays.weight, rays.ray.wavelengths)]
+    def _film_channels(film: mi.Film, colours: mi.Color3f, valid: mi.Bool, aovs: list[mi.Float]) -> list[mi.Float]:
+        channels = [*colours]
         if mi.has_flag(film.flags(), mi.FilmFlags.Alpha):
             channels.append(dr.select(valid, mi.Float(1), mi.Float(0)))
         return channels + aovs
 
-    def develop(self, film: mi.Film, rounds: Rounds) -> mi.TensorXf:
-        """Put the mean of rounds into the film, and develop it."""
-        image = rounds.image
+    def develop(self, film: mi.Film, image: Floats, share: Floats) -> mi.TensorXf:
+        """Put an image (height, width, channels) and its λ (height, width) into the film, and develop it."""
         base = 4 if mi.has_flag(film.flags(), mi.FilmFlags.Alpha) else 3
-        own = [rounds.mean_lambda[..., None]] if "lambda" in self.aov_names() else []
-        channels = [image[..., :base], np.ones((*image.shape[:2], 1)), image[..., base:], *own]  # 1: the film's weight
-        block = mi.ImageBlock(mi.TensorXf(np.concatenate(channels, -1, dtype=np.float32)), offset=film.crop_offset())
-        film.prepare(self.aov_names())
+        names = self.aov_names()
+        channels = np.ones((*share.shape, base + 1 + len(names)), np.float32)  # 1: the film's weight
+        channels[..., :base] = image[..., :base]
+        channels[..., base + 1 : image.shape[-1] + 1] = image[..., base:]
+        if "lambda" in names:
+            channels[..., -1] = share
+        block = mi.ImageBlock(mi.TensorXf(channels), offset=film.crop_offset())
+        film.prepare(names)
         film.put_block(block)
         return film.develop()
 

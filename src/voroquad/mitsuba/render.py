@@ -162,7 +162,7 @@ def state_path(out: str | os.PathLike[str]) -> Path:
 def write_rounds(scene: mi.Scene, integrator: mi.Integrator, rounds: Rounds, out: str | os.PathLike[str]) -> None:
     """Write the image so far; as .exr with the channels lambda and variance."""
     film = scene.sensors()[0].film()
-    image = np.array(integrator.develop(film, rounds), dtype=np.float64)
+    image = np.array(integrator.develop(film, rounds.image, rounds.mean_lambda), dtype=np.float64)
     names = [field.name for field in film.bitmap(raw=False).struct_()]
     if Path(out).suffix.lower() == ".png":
         write_image(image, out)

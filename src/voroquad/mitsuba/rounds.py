@@ -14,10 +14,25 @@ import numpy as np
 
 from .._files import atomic_path
 from .accumulation import Floats, Pass
-from .blend import Share, checkerboard, from_neighbours, halves_of_one_round
+from .blend import Share, checkerboard
 
 #: Raise it when the arrays of a state change their meaning
 _FORMAT = 1
+
+
+def first_share(done: Pass, *, blend: bool) -> tuple[Floats, Share]:
+    """λ (2, height, width) for the halves of a pass that has none before it, 1 without blend; what it says of λ."""
+    if not blend:
+        return np.ones((2, *done.size)), Share(*done.size)
+    share = Share(*done.size)
+    share.observe(done.pixel_plain, done.pixel_difference)
+    return share.halves(), share
+
+
+def alone(done: Pass, *, blend: bool) -> tuple[Floats, Floats]:
+    """The image (height, width, channels) of a single pass, and its λ (height, width)."""
+    share, _ = first_share(done, blend=blend)
+    return done.blended(share), np.where(checkerboard(*done.size) == 0, share[0], share[1])
 
 
 class Rounds:
@@ -33,7 +48,7 @@ class Rounds:
     Notes
     -----
     Round r adds E_r = A_r + λ_r D_r. The first round's λ is that of the other half of a checkerboard of its pixels
-    (`halves_of_one_round`), later ones' that of all pixels of the rounds before. So λ_r does not depend on what it
+    (`Share.halves`), later ones' that of all pixels of the rounds before. So λ_r does not depend on what it
     multiplies, and the E_r have equal means and no correlation: Σ (E_r − Ē)² / (R (R − 1)) estimates the variance of
     their mean Ē without bias, as it would were they independent. Sums are in double precision, round after round.
     """
@@ -51,21 +66,18 @@ class Rounds:
 
     def add(self, done: Pass) -> None:
         """Add a round."""
-        first = self.count == 0
-        if not self.blend:
-            share = np.ones((2, *done.size))
-        elif first:
-            share = halves_of_one_round(done.pixel_plain, done.pixel_difference, checkerboard(*done.size))
-        else:
+        if self.count == 0:
+            share, self.share = first_share(done, blend=self.blend)
+        elif self.blend:
             share = np.broadcast_to(self.share.map(), (2, *done.size))
-        colours = done.blended(share)
+            self.share.observe(done.pixel_plain, done.pixel_difference, self.plain / self.count)
+        else:
+            share = np.ones((2, *done.size))
+        colours = done.blended(share)[..., :3]
         self.colours += colours
         self.squares += colours**2
         self.others += done.plain[..., 3:]
-        self.lambdas += np.where(checkerboard(*done.size) == 0, *share)
-        if self.blend and min(done.size) >= 3:
-            centre = from_neighbours(done.pixel_plain) if first else self.plain / self.count
-            self.share.observe(done.pixel_plain, done.pixel_difference, centre)
+        self.lambdas += np.where(checkerboard(*done.size) == 0, share[0], share[1])
         self.plain += done.pixel_plain
         self.count += 1
 
