@@ -1,6 +1,6 @@
 """Real Dask processes over TCP: the bits of one process, killed workers and schedulers, addresses, TLS, speed, memory.
 
-    python benchmarks/cluster.py                     # everything; ten minutes on two cores
+    python benchmarks/cluster.py                     # everything; some minutes on two cores
     python benchmarks/cluster.py bits kills          # some checks
 
 Each check prints what it saw, and all of them go to benchmarks/results/cluster.csv. Network namespaces need root.
@@ -24,6 +24,8 @@ from pathlib import Path
 
 import numpy as np
 import psutil
+
+from voroquad._files import atomic_path
 
 RESULT = Path(__file__).parent / "results" / "cluster.csv"
 BIN = Path(sys.executable).parent
@@ -419,19 +421,27 @@ CHECKS = (bits, kills, scheduler_killed, stopped_worker, addresses, tls, namespa
 def main() -> None:
     """Run the checks that are named, or all, and write what they saw."""
     known = {check.__name__: check for check in CHECKS}
+    if unknown := set(sys.argv[1:]) - set(known):
+        raise SystemExit(f"unknown check {' '.join(sorted(unknown))}; there are {' '.join(known)}")
     for name in sys.argv[1:] or known:
-        rows = []
-        if RESULT.exists():
-            with RESULT.open(newline="", encoding="utf-8") as file:
-                rows = [row for row in csv.DictReader(file) if row["check"] != name]
+        start, rows = time.monotonic(), []
         for what, seen in known[name]():
             print(f"{name}: {what}: {seen}", flush=True)
             rows.append({"check": name, "what": what, "seen": str(seen)})
-        rows.sort(key=lambda row: list(known).index(row["check"]))
-        with RESULT.open("w", newline="", encoding="utf-8") as file:
-            writer = csv.DictWriter(file, ["check", "what", "seen"])
-            writer.writeheader()
-            writer.writerows(rows)
+        _replace_rows(name, rows, list(known))
+        print(f"{name} took {time.monotonic() - start:.0f} s", flush=True)
+
+
+def _replace_rows(name: str, rows: list[dict[str, str]], order: list[str]) -> None:
+    """Put the rows of a check in the place of what it saw before; the file is there whole at any time."""
+    if RESULT.exists():
+        with RESULT.open(newline="", encoding="utf-8") as file:
+            rows += [row for row in csv.DictReader(file) if row["check"] != name]
+    rows.sort(key=lambda row: order.index(row["check"]))
+    with atomic_path(RESULT) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, ["check", "what", "seen"])
+        writer.writeheader()
+        writer.writerows(rows)
 
 
 if __name__ == "__main__":

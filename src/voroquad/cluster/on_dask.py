@@ -200,7 +200,7 @@ class OnDask:
     def _resumable(self, what: str) -> str:
         if self.store is None:
             return f"{what}; nothing was kept, as no store was named"
-        return f"{what}; finished units are kept in {self.store.url}: the same command goes on from there"
+        return self.store.resumable(what)
 
     @contextmanager
     def _clear_errors(self) -> Iterator[None]:

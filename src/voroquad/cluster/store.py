@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import json
 import uuid
+from collections.abc import Iterator
+from contextlib import contextmanager
 from functools import lru_cache
 from typing import Any
 
@@ -41,13 +43,15 @@ class Store:
     def begin(self, key: dict[str, Any]) -> None:
         """Take the units of a run with these settings, of strings, numbers, lists and None.
 
-        Raises ValueError if the folder holds units of other settings, or something else.
+        Raises ValueError if the folder holds units of other settings, or something else, and OSError if it cannot be
+        read or written.
         """
         key = json.loads(json.dumps(key | {"format": _FORMAT}))
         known = self._settings()
         if known is None:
             known = key | {"store": uuid.uuid4().hex}
-            zarr.create_group(self.url, attributes=known, zarr_format=3)
+            with self._told():
+                zarr.create_group(self.url, attributes=known, zarr_format=3)
         self._token = str(known.pop("store"))
         if other := sorted(name for name in known.keys() | key.keys() if known.get(name) != key.get(name)):
             what = "; ".join(f"{name} is {key.get(name)!r}, was {known.get(name)!r}" for name in other)
@@ -57,8 +61,9 @@ class Store:
 
     def _settings(self) -> dict[str, Any] | None:
         """Those of the run whose units are kept; None if there is nothing yet."""
-        if not self._files.exists(self._path) or not self._files.ls(self._path):
-            return None
+        with self._told():
+            if not self._files.exists(self._path) or not self._files.ls(self._path):
+                return None
         try:
             known = zarr.open_group(self.url, mode="r").attrs.asdict()
         except (OSError, KeyError, TypeError, ValueError):
@@ -69,20 +74,21 @@ class Store:
 
     def open(self, series: Series) -> None:
         """Make room for the units of a series."""
-        zarr.open_group(self.url, mode="a").require_array(
-            series.name,
-            shape=(series.count, *series.shape),
-            chunks=(1, *series.shape),
-            dtype="float64",
-            fill_value=float("nan"),
-            compressors=[Crc32cCodec()],
-        )
+        with self._told():
+            zarr.open_group(self.url, mode="a").require_array(
+                series.name,
+                shape=(series.count, *series.shape),
+                chunks=(1, *series.shape),
+                dtype="float64",
+                fill_value=float("nan"),
+                compressors=[Crc32cCodec()],
+            )
 
     def exists(self) -> bool:
         """Whether the store is seen from here: the very one, not another of its name."""
         try:
             return (self._settings() or {}).get("store") == self._token
-        except ValueError:
+        except (ValueError, OSError):
             return False
 
     def finished(self, series: Series) -> int:
@@ -92,14 +98,32 @@ class Store:
     def read(self, series: str, k: int) -> Array | None:
         """The value of unit k, or None if it is not finished."""
         try:
-            value = np.asarray(_array(self.url, series)[k], dtype=np.float64)
+            with self._told(f"unit {k} of {series}"):
+                value = np.asarray(_array(self.url, series)[k], dtype=np.float64)
         except ValueError:  # its checksum is wrong
             return None
         return None if value.size and value.flat[0] != value.flat[0] else value
 
     def write(self, series: str, k: int, value: Array) -> None:
-        """Keep the value of unit k."""
-        _array(self.url, series)[k] = value
+        """Keep the value of unit k; OSError if it cannot be kept."""
+        with self._told(f"unit {k} of {series}"):
+            _array(self.url, series)[k] = value
+
+    def resumable(self, what: str) -> str:
+        """What went wrong and how to go on."""
+        return f"{what}; finished units are kept in {self.url}: the same command goes on from there"
+
+    @contextmanager
+    def _told(self, what: str = "the store") -> Iterator[None]:
+        """File systems have errors of many kinds: of theirs, one that says how to go on."""
+        try:
+            yield
+        except ValueError:
+            raise
+        except Exception as error:
+            strerror = error.strerror if isinstance(error, OSError) else None
+            why = strerror or f"{type(error).__name__}: {error}"
+            raise OSError(self.resumable(f"cannot read or write {what} ({why})")) from error
 
     def delete(self) -> None:
         """Delete all that is kept."""
