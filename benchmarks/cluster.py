@@ -11,7 +11,6 @@ from __future__ import annotations
 import csv
 import os
 import random
-import shutil
 import socket
 import subprocess
 import sys
@@ -33,7 +32,7 @@ ENVIRONMENT = os.environ | {"VOROQUAD_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 HOST = "127.0.0.1"
 
 #: The commands that are run; long enough for faults
-STUDY = ["study", "--replicates", "4000", "--max-n", "256", "--seed", "4"]
+STUDY = ["study", "--replicates", "3000", "--max-n", "256", "--seed", "4"]
 COMMANDS = {
     "study": ["study", "--replicates", "20", "--max-n", "32", "--seed", "4"],
     "render": ["render", "depth-of-field", "--spp", "256", "--round", "128", "--size", "320x240", "--seed", "4"],
@@ -174,30 +173,28 @@ Rows = Iterator[tuple[str, object]]
 
 def bits() -> Rows:
     """All three commands on a scheduler and two workers, and in one process."""
-    with cluster() as dask, tempfile.TemporaryDirectory() as folder:
-        yield from _bits(Path(folder), dask, [])
+    with cluster() as dask:
+        yield from _bits(dask, [])
 
 
-def _bits(folder: Path, dask: Cluster, prefix: list[str], **environment: str) -> Rows:
+def _bits(dask: Cluster, prefix: list[str]) -> Rows:
     for name, arguments in COMMANDS.items():
-        here, there = output(name, folder / "here"), output(name, folder / "there")
-        if not here.exists():
-            run(*arguments, "-o", here)
-        run(*arguments, "-o", there, "--scheduler", dask.address, prefix=prefix, **environment)
-        same = contents(here) == contents(there)
-        units = len(dask.begun.read_text().split("\n")) - 1
-        yield f"{name}: files, of the same bits", f"{len(contents(here))}, {same}"
-        yield f"{name}: units", units
+        with tempfile.TemporaryDirectory() as folder:
+            out = output(name, Path(folder))
+            run(*arguments, "-o", out, "--scheduler", dask.address, prefix=prefix)
+            here, there = alone(*arguments), contents(out)
+        yield f"{name}: files, of the same bits", f"{len(here)}, {here == there}"
+        yield f"{name}: units", len(dask.begun.read_text().splitlines())
         dask.begun.unlink()
-        shutil.rmtree(there.parent)
 
 
 @cache
-def alone() -> dict[str, bytes]:
-    """What the study makes in one process."""
+def alone(*arguments: str) -> dict[str, bytes]:
+    """What a command makes in one process."""
     with tempfile.TemporaryDirectory() as folder:
-        run(*STUDY, "-o", Path(folder) / "out")
-        return contents(Path(folder) / "out")
+        out = output(arguments[0], Path(folder))
+        run(*arguments, "-o", out)
+        return contents(out)
 
 
 def kills() -> Rows:
@@ -217,7 +214,7 @@ def kills() -> Rows:
         begun = dask.begun.read_text().splitlines()
         yield "kill -9 of a worker: kills", killed
         yield "exit code", process.returncode
-        yield "same bits", process.returncode == 0 and alone() == contents(out)
+        yield "same bits", process.returncode == 0 and alone(*STUDY) == contents(out)
         yield "units", len(set(begun))
         yield "units begun again", len(begun) - len(set(begun))
 
@@ -244,7 +241,7 @@ def scheduler_killed() -> Rows:
         before = dask.begun.read_text().splitlines()
         run(*STUDY, "-o", out, "--scheduler", dask.address)
         begun = dask.begun.read_text().splitlines()
-        yield "same bits after the same command", alone() == contents(out)
+        yield "same bits after the same command", alone(*STUDY) == contents(out)
         yield "units; begun before; begun again", f"{len(set(begun))}; {len(before)}; {len(begun) - len(set(begun))}"
 
 
@@ -261,7 +258,7 @@ def stopped_worker() -> Rows:
         time.sleep(20)
         victim.send_signal(signal.SIGCONT)
         process.communicate()
-        yield "worker stopped for 20 s: same bits", process.returncode == 0 and alone() == contents(out)
+        yield "worker stopped for 20 s: same bits", process.returncode == 0 and alone(*STUDY) == contents(out)
 
 
 def addresses() -> Rows:
@@ -306,9 +303,8 @@ def tls() -> Rows:
         }
         with cluster(tls=options) as dask:
             study = COMMANDS["study"]
-            run(*study, "-o", path / "here")
             run(*study, "-o", path / "there", "--scheduler", dask.address, **environment)
-            yield "TLS: same bits", contents(path / "here") == contents(path / "there")
+            yield "TLS: same bits", alone(*study) == contents(path / "there")
             other = trustme.CA()
             other.issue_cert(HOST).private_key_and_cert_chain_pem.write_to_path(path / "other.pem")
             wrong = environment | {f"{side}__CLIENT__{k}": str(path / "other.pem") for k in ("CERT", "KEY")}
@@ -326,7 +322,7 @@ def tls() -> Rows:
 def namespaces() -> Rows:
     """Scheduler, workers and client in network namespaces, each with an address of its own."""
     names = [f"voroquad{k}" for k in range(4)]
-    with ExitStack() as stack, tempfile.TemporaryDirectory() as folder:
+    with ExitStack() as stack:
         try:
             _make_namespaces(stack, names)
         except (OSError, subprocess.CalledProcessError) as error:
@@ -334,7 +330,7 @@ def namespaces() -> Rows:
             return
         prefixes = [["ip", "netns", "exec", name] for name in names]
         with cluster(prefixes=prefixes[:3]) as dask:
-            for what, seen in _bits(Path(folder), dask, prefixes[3]):
+            for what, seen in _bits(dask, prefixes[3]):
                 yield f"namespaces, {what}", seen
 
 
@@ -394,7 +390,7 @@ def overhead() -> Rows:
         connected(dask.address, None, None, Path(folder) / "out") as pool,
     ):
         pool.begin({})
-        counts, resident = (200, 1000, 4000), []
+        counts, resident = (200, 1000, 3000), []
         for count in counts:
             start = time.perf_counter()
             for _ in pool.sums([Series(f"s{count}", count, (2, 100), _nothing)], np.add, lambda name, steps: None):

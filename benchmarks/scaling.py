@@ -21,6 +21,8 @@ from pathlib import Path
 import numpy as np
 import psutil
 
+from voroquad._files import atomic_path
+
 RESULTS = Path(__file__).parent / "results"
 COSTS, PREDICTIONS = RESULTS / "scaling_costs.csv", RESULTS / "scaling.csv"
 WORKERS = (1, 8, 64, 512)
@@ -248,7 +250,7 @@ def predict() -> Iterator[dict[str, object]]:
 
 def write(path: Path, rows: list[dict[str, object]]) -> None:
     """Write a table."""
-    with path.open("w", newline="", encoding="utf-8") as file:
+    with atomic_path(path) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, rows[0])
         writer.writeheader()
         writer.writerows(rows)
