@@ -1,10 +1,11 @@
-"""Calibrate the error bar of one multi-jittered set: what (Σ (|S_i| r_i)²)^½ must be multiplied by.
+"""Calibrate the error bar of one estimate: what (Σ (|S_i| r_i)²)^½ must be multiplied by.
 
-For the default rules of :func:`voroquad.quad` and grids of several sizes, draw many sets, integrate
-random members of the eight families, and find the least factor with which ±1.96 standard errors cover
-the truth in 96 % of the cases on average over the families and in 91 % of each family but the jump
-along the axes: where the box that it bounds is smaller than a stratum, most sets miss it whole, and no
-factor helps. Writes benchmarks/results/error_scale.csv, line by line.
+Above four dimensions, where an estimate is four replicates: what the standard error of their mean must be multiplied
+by before Student's t of three degrees of freedom takes it. For the default rules of :func:`voroquad.quad` and several
+sizes, draw many sets, integrate random members of the eight families, and find the least factor with which ±1.96
+standard errors cover the truth in 96 % of the cases on average over the families and in 91 % of each family but the
+jump along the axes: where the box that it bounds is smaller than a stratum, most sets miss it whole, and no factor
+helps. Writes benchmarks/results/error_scale.csv; lines of dimensions that are not measured stay.
 
     VOROQUAD_NUM_THREADS=1 nice -n 19 python benchmarks/calibrate_errors.py [--dimensions 1,2]
 """
@@ -16,10 +17,13 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from scipy import stats
 
 from voroquad._checks import whole_numbers
+from voroquad.cross_fit import default_order as cross_fit_order
+from voroquad.cross_fit import fit_replicates
 from voroquad.leave_one_out import default_order, fit_strata
-from voroquad.quadrature import ROUNDING
+from voroquad.quadrature import REPLICATES, ROUNDING
 from voroquad.samplers import SampleSet, sample
 from voroquad.study.genz import FAMILIES, instances
 
@@ -28,6 +32,7 @@ GRIDS = {
     2: [16, 36, 64, 132, 256, 506, 1024, 2025, 4096],
     3: [27, 64, 125, 252, 512, 1000, 2028, 4096],
     4: [81, 128, 256, 512, 1024, 2016],
+    6: [128, 512, 2048],
 }
 RESULTS = Path(__file__).parent / "results" / "error_scale.csv"
 HEAD = ["d", "strata", "order", *FAMILIES, "mean coverage at factor 1", "factor"]
@@ -38,7 +43,7 @@ class Errors:
     """Of all sets and functions, by family: (families, members · sets)."""
 
     actual: np.ndarray
-    corrections: np.ndarray  # (Σ (|S_i| r_i)²)^½
+    corrections: np.ndarray  # (Σ (|S_i| r_i)²)^½, or what stands for it
     rounding: np.ndarray
 
     def covered(self, factor: float) -> np.ndarray:
@@ -60,6 +65,21 @@ def measure(samples: SampleSet, order: int | str, members: int) -> Errors:
     return Errors(*(x.T.reshape(len(FAMILIES), -1) for x in by_set))
 
 
+def measure_replicates(n: int, d: int, sets: int, members: int) -> Errors:
+    """Of scrambled Sobol' points, n in all; Student's t over 1.96 makes up for the few replicates."""
+    functions = list(instances(d, members, rng=[d, n]))
+    truth = np.array([f.integral for f in functions])
+    quantile = stats.t.ppf(0.975, REPLICATES - 1) / stats.norm.ppf(0.975)
+    by_set: list[tuple[np.ndarray, ...]] = []
+    for seed in range(sets):
+        points = sample("sobol", n // REPLICATES, d, sets=REPLICATES, rng=[n, seed]).points
+        values = np.stack([f(points.reshape(-1, d).T).reshape(points.shape[:2]) for f in functions], axis=1)
+        means = np.einsum("rsn,sfn->rf", fit_replicates(points, "kriging", threads=1), values)
+        error = means.std(axis=0, ddof=1) / math.sqrt(REPLICATES)
+        by_set.append((np.abs(means.mean(axis=0) - truth), quantile * error, np.zeros_like(error)))
+    return Errors(*(np.array(x).T.reshape(len(FAMILIES), -1) for x in zip(*by_set, strict=True)))
+
+
 def least_factor(errors: Errors) -> float:
     for factor in np.arange(0.3, 4.0, 0.01):
         covered = errors.covered(factor)
@@ -75,21 +95,31 @@ def main() -> None:
     parser.add_argument("--members", type=int, default=12, help="of each family")
     parser.add_argument("--sets", type=int, default=60, help="of each grid")
     options = parser.parse_args()
-    with RESULTS.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(HEAD)
-        for d in whole_numbers("dimensions", options.dimensions):
-            for n in GRIDS[d]:
+    for d in whole_numbers("dimensions", options.dimensions):
+        lines = []
+        for n in GRIDS[d]:
+            if d > 4:
+                strata, order = f"{REPLICATES} sets of {n // REPLICATES}", cross_fit_order(n, d)
+                errors = measure_replicates(n, d, options.sets, options.members)
+            else:
                 samples = sample("multi-jittered", n, d, sets=options.sets, rng=n)
                 assert samples.strata is not None
-                order = default_order(samples.strata)
+                strata, order = "x".join(map(str, samples.strata)), default_order(samples.strata)
                 errors = measure(samples, order, options.members)
-                covered = errors.covered(1.0)
-                strata = "x".join(map(str, samples.strata))
-                line = [d, strata, order, *covered.round(3), covered.mean().round(3), least_factor(errors)]
-                table.writerow(line)
-                file.flush()
-                print(*line, flush=True)
+            covered = errors.covered(1.0)
+            lines.append(
+                list(map(str, [d, strata, order, *covered.round(3), covered.mean().round(3), least_factor(errors)]))
+            )
+            print(*lines[-1], flush=True)
+        put(d, lines)
+
+
+def put(d: int, lines: list[list[str]]) -> None:
+    """Write a dimension's lines in the place of those that are there."""
+    with RESULTS.open(newline="", encoding="utf-8") as file:
+        kept = [line for line in list(csv.reader(file))[1:] if line[0] != str(d)]
+    with RESULTS.open("w", newline="", encoding="utf-8") as file:
+        csv.writer(file, lineterminator="\n").writerows([HEAD, *sorted([*kept, *lines], key=lambda line: int(line[0]))])
 
 
 if __name__ == "__main__":

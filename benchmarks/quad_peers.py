@@ -3,13 +3,15 @@
 Control neighbours and cubic stratification of every order are comparators, written in peer_rules.py from their
 papers. The folder gets what the suite makes (docs/study.md); the ratios of mean squared errors and the wall times are
 the committed benchmarks/results/quad_peers.csv and quad_peers_times.csv, from which docs/quadrature.md has its tables.
+Lines of dimensions that are not measured stay.
 
     python benchmarks/quad_peers.py -o build/quad_peers [--dimensions 1,2] [--peers qmc_quad,cubic-4]
     python benchmarks/quad_peers.py --times   # those alone, for a machine that does nothing else
 """
 
 import argparse
-import shutil
+import csv
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from peer_rules import COMPARATORS
@@ -39,7 +41,7 @@ def main() -> None:
 
     if options.times:
         rules = (OURS, *(rule for rule in RULES if rule.name in peers))
-        write_rows(RESULTS / "quad_peers_times.csv", time_rows(rules, dimensions, sizes_up_to(options.max_n)))
+        publish("quad_peers_times.csv", time_rows(rules, dimensions, sizes_up_to(options.max_n)))
         return
     run_genz(
         options.output,
@@ -51,7 +53,20 @@ def main() -> None:
         seed=options.seed,
         rules=RULES,
     )
-    shutil.copy(options.output / "genz-ratios.csv", RESULTS / "quad_peers.csv")
+    publish("quad_peers.csv", read(options.output / "genz-ratios.csv"))
+
+
+def publish(name: str, rows: Sequence[Mapping[str, object]]) -> None:
+    """Put rows in the place of those of their dimensions."""
+    path, measured = RESULTS / name, {str(row["d"]) for row in rows}
+    kept = [row for row in read(path) if row["d"] not in measured] if path.exists() else []
+    write_rows(path, sorted([*kept, *rows], key=lambda row: int(str(row["d"]))))
+
+
+def read(path: Path) -> list[dict[str, str]]:
+    """The rows of a CSV file, as they stand there."""
+    with path.open(newline="", encoding="utf-8") as file:
+        return list(csv.DictReader(file))
 
 
 if __name__ == "__main__":

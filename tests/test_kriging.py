@@ -104,6 +104,7 @@ def test_samples_that_do_not_determine_the_drift_lower_its_degree():
 def test_the_model_assumes_what_the_samples_can_resolve():
     assert [model(n, 3).degree for n in (1, 47, 48, 120, 10_000)] == [0, 0, 1, 2, 8]
     assert model(512, 3) == Model(4, 0.5, pytest.approx(0.25**7))
+    assert model(125, 3).noise == pytest.approx(300 / 125 * 0.4**7)  # more than it takes, where samples are few
     far, near = model(100, 1), model(10_000, 1)
     assert near.length < far.length
     assert near.noise == pytest.approx(1 / 8**7)

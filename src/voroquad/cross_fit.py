@@ -16,6 +16,10 @@ Array = NDArray[np.float64]
 #: Samples of a fit per polynomial term.
 SAMPLES_PER_TERM = 2.4
 
+#: What the standard error of the mean of the Î_r, as independent ones would have it, is multiplied by: they share
+#: samples, and four of them rarely meet a peak. benchmarks/calibrate_errors.py, benchmarks/results/error_scale.csv.
+ERROR_SCALE = 1.3
+
 
 def default_order(n: int, d: int) -> int | str:
     """The order that :func:`voroquad.quad` takes for replicates of n points in all.

@@ -23,8 +23,12 @@ from . import _core
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-#: Correlation length of the random function: this part of the box, or as many sample spacings if that is less.
-LENGTH, SPACINGS = 0.5, 8.0
+#: By dimension: the correlation length of the random function, as a part of the box and in sample spacings, of which
+#: the less counts; and the number of samples below which more noise is assumed than they cannot resolve. Noise makes
+#: weights tame, above all near the border, where most of few samples are. So much keeps Σ|w| ≤ 1.1 in each of 10⁵
+#: sets of a hundred samples (benchmarks/weight_bounds.py).
+ASSUMED = {2: (0.75, 12.0, 1800), 3: (0.5, 8.0, 300)}
+ASSUMED_ELSEWHERE = (0.5, 8.0, 1)
 
 #: Highest degree of the drift, and the fewest samples per term of it.
 DRIFT, SAMPLES_PER_TERM = 8, 12
@@ -52,12 +56,14 @@ class Model:
 def model(n: int, d: int, spacing: float | None = None) -> Model:
     """The model for n samples in d dimensions, `spacing` apart; by default n^(−1/d), which fills the unit box.
 
-    The variance of the noise, (spacing / length)⁷, is what the samples are too far apart to resolve.
+    The variance of the noise is (spacing / length)⁷, what the samples are too far apart to resolve, and more where they
+    are few (:data:`ASSUMED`).
     """
     spacing = spacing or n ** (-1 / d)
-    length = min(LENGTH, SPACINGS * spacing)
+    part, spacings, many = ASSUMED.get(d, ASSUMED_ELSEWHERE)
+    length = min(part, spacings * spacing)
     degree = next(p for p in range(DRIFT, -1, -1) if p == 0 or SAMPLES_PER_TERM * math.comb(p + d, d) <= n)
-    return Model(degree, length, (spacing / length) ** 7)
+    return Model(degree, length, max(1, many / n) * (spacing / length) ** 7)
 
 
 @dataclass(frozen=True)

@@ -281,10 +281,12 @@ def _replicates(
         sets, n_points = REPLICATES, n_points // REPLICATES
     samples = sample(sampler, n_points, integrand.d, sets=sets, rng=rng)
     fits = sets > 1 and debias in ("auto", "cross-fit") and samples.design in RANDOMISED
+    scale = 1.0
     p = order if order != "auto" else cross_fit.default_order(sets * n_points, samples.d) if fits else 0
     if fits and p:
         shares = cross_fit.fit_replicates(samples.points, p, threads)
         means = np.einsum("rsn,sfn->rf", shares, _values(integrand, samples.points))
+        scale = cross_fit.ERROR_SCALE
     else:
         plain = order == "auto" and debias == "auto"
         w = (
@@ -293,7 +295,7 @@ def _replicates(
             else weights(samples, order=p, debias=debias, threads=threads)
         )
         means = np.einsum("sn,sfn->sf", w, _values(integrand, samples.points))
-    return _across_sets(means, n_points)
+    return _across_sets(means, n_points, scale)
 
 
 def _values(integrand: Integrand, points: Array) -> Array:
@@ -303,10 +305,10 @@ def _values(integrand: Integrand, points: Array) -> Array:
     return np.ascontiguousarray(values.reshape(-1, sets, n).swapaxes(0, 1))
 
 
-def _across_sets(means: Array, n: int) -> Estimate:
-    """Mean and standard error of independent estimates (sets, fields)."""
+def _across_sets(means: Array, n: int, scale: float = 1.0) -> Estimate:
+    """Mean and `scale` times the standard error of independent estimates (sets, fields)."""
     sets = len(means)
-    error = means.std(axis=0, ddof=1) / math.sqrt(sets) if sets > 1 else np.full(means.shape[1], np.nan)
+    error = scale * means.std(axis=0, ddof=1) / math.sqrt(sets) if sets > 1 else np.full(means.shape[1], np.nan)
     return Estimate(means.mean(axis=0), error, sets * n, max(sets - 1, 1))
 
 
