@@ -307,6 +307,19 @@ def peers_table() -> str:
     return markdown(rows, "ll")
 
 
+def peer_times_table() -> str:
+    """Wall time of vq.quad, and of its peers in parts of that."""
+    measured = read(RESULTS / "quad_peers_times.csv")
+    times = {(r["d"], r["n"], r["rule"]): float(r["milliseconds"]) for r in measured}
+    ours, *peers = dict.fromkeys(r["rule"] for r in measured)
+    rows = [["d", "evaluations", f"{ours}, ms", *peers]]
+    for d, n in dict.fromkeys((r["d"], r["n"]) for r in measured):
+        own = times[d, n, ours]
+        ratios = [short(times[d, n, peer] / own) if (d, n, peer) in times else "–" for peer in peers]
+        rows.append([d, n, short(own), *ratios])
+    return markdown(rows, "ll")
+
+
 # ---------------------------------------------------------------------- docs/bias.md
 
 
@@ -376,6 +389,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
     "quadrature.md": {
         "weight-bounds": weight_bounds_table,
         "coverage": coverage_table,
+        "peer-times": peer_times_table,
         "families": families_table,
         "peers": peers_table,
     },
