@@ -1,9 +1,10 @@
 """What `reweighted` costs: its render time and memory over those of the nested integrator, in interleaved pairs.
 
-    python benchmarks/render_overhead.py [--pairs 21] [--size 320x240] [--spp 64] [--scenes moving-camera,room]
+    python benchmarks/render_overhead.py [--pairs 15] [--size 640x480] [--spp 64] [--scenes moving-camera,room]
 
-For each domain a scene; both integrators render it with the same sampler and jitter. The table is made and the kernels
-are compiled by two warm-up renders before the clock starts. Writes benchmarks/results/render_overhead.csv, a line per
+For each domain a scene; both integrators render it with the same sampler and jitter, `reweighted` with its default
+settings: blend, and all that makes an image of it, are part of its time. The table is made and the kernels are compiled
+by two warm-up renders before the clock starts. Writes benchmarks/results/render_overhead.csv, a line per
 pair with seconds by the clock and of the processor, and benchmarks/results/render_memory.csv: the most memory of a new
 process that renders once by the one or by the other. Prints for each domain the median ratios with the interval
 between the order statistics that cover them with at least 95 %. Objects that move in slices are not among the scenes:
@@ -116,8 +117,8 @@ def write(name: str, columns: str, lines: Lines) -> None:
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--pairs", type=int, default=21)
-    parser.add_argument("--size", default="320x240")
+    parser.add_argument("--pairs", type=int, default=15)
+    parser.add_argument("--size", default="640x480")
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--scenes", default=",".join(SCENES), help="some of them, separated by commas")
     options = parser.parse_args()
@@ -135,8 +136,8 @@ def main() -> None:
             low, high = median_interval(ratios)
             text += f"; {what} {np.median(ratios):.4f}, {low:.4f} to {high:.4f}"
         print(text, flush=True)
-    write("render_overhead.csv", TIMES, times)
-    write("render_memory.csv", MEMORY, memories)
+        write("render_overhead.csv", TIMES, times)
+        write("render_memory.csv", MEMORY, memories)
 
 
 if __name__ == "__main__":

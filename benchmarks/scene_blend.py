@@ -75,7 +75,7 @@ def rows_of_49(stage: Stage) -> Rows:
     errors, case = Errors(stage, 49), stage.case
     errors.unweighted("Mitsuba", "", "orthogonal")
     errors.blended("stratified", "orthogonal")
-    for design in ("sobol", "halton"):
+    for design in ("sobol", "halton", "orthogonal"):
         errors.unweighted(design, case.joint[-1] if case.joint else case.domain, "orthogonal")
     return errors.rows
 

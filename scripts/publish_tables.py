@@ -12,7 +12,9 @@ import argparse
 import csv
 import sys
 from collections.abc import Callable, Sequence
+from math import comb
 from pathlib import Path
+from statistics import median
 
 from publish_figures import FIGURES, ROOT, power_of_ten, quad_table, replace_table, scientific
 
@@ -247,6 +249,31 @@ def best_table() -> str:
     return markdown(rows, "l")
 
 
+def overhead_table() -> str:
+    """What reweighted costs over the nested integrator: median ratios of pairs of renders, and of memory."""
+    rows = [["scene", "domain", "pairs", "nested, s", "time", "95 %", "processor time", "memory"]]
+    memory = {r["scene"]: float(r["ratio"]) for r in read(RESULTS / "render_memory.csv")}
+    measured = read(RESULTS / "render_overhead.csv")
+    for scene in dict.fromkeys(r["scene"] for r in measured):
+        pairs = [r for r in measured if r["scene"] == scene]
+        clock, cpu = (
+            sorted(float(r[f"reweighted_{unit}"]) / float(r[f"nested_{unit}"]) for r in pairs)
+            for unit in ("seconds", "cpu")
+        )
+        low, high = median_interval(clock)
+        nested = f"{median(float(r['nested_seconds']) for r in pairs):.2f}"
+        ratios = [f"{median(clock):.3f}", f"{low:.3f} to {high:.3f}", f"{median(cpu):.3f}", f"{memory[scene]:.3f}"]
+        rows.append([scene, pairs[0]["domain"], str(len(pairs)), nested, *ratios])
+    return markdown(rows, "ll")
+
+
+def median_interval(ordered: Sequence[float]) -> tuple[float, float]:
+    """The order statistics that hold the median with at least 95 %."""
+    n = len(ordered)
+    k = next(k for k in range(n) if sum(comb(n, i) for i in range(k + 1)) / 2**n > 0.025)
+    return ordered[max(k - 1, 0)], ordered[min(n - k, n - 1)]
+
+
 def least(row: Row) -> float:
     """The MSE of a row: that with blend, if there is one and it is less."""
     return min(float(row[name]) for name in ("mse", "blend_mse") if row[name])
@@ -408,6 +435,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "scene-blend": blend_table,
         "scene-best": best_table,
         "scene-bias": scene_bias_table,
+        "overhead": overhead_table,
     },
     "peers.md": {
         "quad": lambda: quad_table(ROOT),

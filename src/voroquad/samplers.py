@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import qmc
 
-from . import multi_jittered
+from . import multi_jittered, orthogonal
 from ._checks import one_of, positive_int, unit_points
 
 #: Designs of one point per box of a grid
@@ -94,7 +94,9 @@ def sample(
         of the boxes (no randomness).
         ``"sobol"``: Sobol' points, Owen-scrambled. ``"halton"``: Halton points, scrambled.
         ``"zero-two"``: the (0,2)-sequence (van der Corput and second Sobol' dimension) with
-        random digit scrambling, d ≤ 2. Or an engine of `scipy.stats.qmc`, which continues where it
+        random digit scrambling, d ≤ 2. ``"orthogonal"``: orthogonal arrays of strength 2, evenly spread in
+        each pair of coordinates, n = q² for q a prime or a power of one, d ≤ q + 1
+        (:mod:`voroquad.orthogonal`). Or an engine of `scipy.stats.qmc`, which continues where it
         stands, or an engine class or callable ``(d, rng=)`` that makes one per set.
     n : int
         Number of points of a set.
@@ -288,6 +290,7 @@ DESIGNS: dict[str, Design] = {
     "sobol": _sobol,
     "halton": _halton,
     "zero-two": _zero_two,
+    "orthogonal": orthogonal.points,
 }
 
 _BITS = 32

@@ -220,7 +220,17 @@ def _span(entries: Sequence[int | str]) -> str:
 
 
 #: Designs whose every point is uniform in the unit box, independently of the other sets.
-RANDOMISED = ("uniform", "stratified", "multi-jittered", "sobol", "halton", "zero-two", "latinhypercube", "engine")
+RANDOMISED = (
+    "uniform",
+    "stratified",
+    "multi-jittered",
+    "sobol",
+    "halton",
+    "zero-two",
+    "orthogonal",
+    "latinhypercube",
+    "engine",
+)
 
 #: Designs of one random point per box of a grid
 STRATIFIED = ("stratified", "multi-jittered")

@@ -29,9 +29,7 @@ def small(ball, tmp_path_factory):
     if mi.variant() != "llvm_ad_rgb":
         mi.set_variant("llvm_ad_rgb")
     out = tmp_path_factory.mktemp("compare") / "out"
-    results = comparison.compare(
-        "depth-of-field", out, spp=(16, 4), size=(40, 30), seed=1, seeds=2, show_progress=False
-    )
+    results = comparison.compare(ball, out, spp=(16, 4), size=(40, 30), seed=1, seeds=2, show_progress=False)
     gc.collect()  # a scene that still exists slows every later render: Dr.Jit traces all registered materials
     return out, results
 
@@ -86,10 +84,10 @@ def test_equal_error_ratios_are_those_of_the_report(small):
     assert errors.cells["uniform", 4].ratios["uniform"].n == pytest.approx(1)
 
 
-def test_chosen_methods_have_the_images_that_they_have_among_all(small, tmp_path):
+def test_chosen_methods_have_the_images_that_they_have_among_all(small, ball, tmp_path):
     out, _ = small
     chosen = {"spp": (16, 4), "size": (40, 30), "seed": 1, "seeds": 2, "show_progress": False}
-    results = comparison.compare("depth-of-field", tmp_path / "out", methods=["stratified-w"], **chosen)
+    results = comparison.compare(ball, tmp_path / "out", methods=["stratified-w"], **chosen)
     gc.collect()
     assert "--methods stratified-w " in results.command
     assert [section.title for section in results.sections] == ["Images", "Errors"]
@@ -100,9 +98,9 @@ def test_chosen_methods_have_the_images_that_they_have_among_all(small, tmp_path
 
 
 @pytest.mark.parametrize("names", [["nonsense"], ["uniform", ""]])
-def test_methods_that_do_not_exist_are_named(tmp_path, names):
+def test_methods_that_do_not_exist_are_named(ball, tmp_path, names):
     with pytest.raises(ValueError, match=r"^methods: there is no '(nonsense|)' here; choose from uniform, uniform-w, "):
-        comparison.compare("depth-of-field", tmp_path / "out", size=(8, 6), methods=names)
+        comparison.compare(ball, tmp_path / "out", size=(8, 6), methods=names)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import functools
+
 import drjit as dr
 import mitsuba as mi
 import numpy as np
@@ -95,8 +97,10 @@ def test_ray_differentials_shrink_with_the_samples(scene):
 # ---------------------------------------------------------------------- expectation
 
 
-def truth_of(scene, jitter=True):
+@functools.cache
+def truth_of(rfilter="box", jitter=True):
     """Mean and its variance from many samples of the nested integrator."""
+    scene = mi.load_dict(scene_dict(rfilter))
     images = np.stack([image(scene, plugin("plain", jitter=jitter), 1024, seed=10_000 + k) for k in range(8)])
     return images.mean(0), images.var(0, ddof=1) / len(images)
 
@@ -108,7 +112,7 @@ def replicates(scene, count=40, spp=16, **properties):
 @pytest.mark.statistical
 @pytest.mark.parametrize("design", DESIGNS)
 def test_equal_weights_have_the_mean_of_the_nested_integrator(scene, design, pixel_z):
-    excess, largest = pixel_z(replicates(scene, sampler=design, weighted=False), *truth_of(scene))
+    excess, largest = pixel_z(replicates(scene, sampler=design, weighted=False), *truth_of())
     assert excess < 5
     assert largest < 7
 
@@ -132,7 +136,7 @@ def tilted_table(tmp_path):
 @pytest.mark.parametrize("rfilter", ["box", "gaussian"])
 def test_weights_correct_a_tilted_density(tilted_table, rfilter, pixel_z):
     scene = mi.load_dict(scene_dict(rfilter))
-    truth = truth_of(scene)
+    truth = truth_of(rfilter)
 
     def z_of(weighted):
         tables = [tilted_table(k) for k in range(40)]
@@ -167,7 +171,7 @@ def test_weights_sum_to_one_in_every_pixel():
 
 
 def test_weights_lower_the_error(scene):
-    truth, _ = truth_of(scene, jitter=False)
+    truth, _ = truth_of(jitter=False)
 
     def mse(**properties):
         images = replicates(scene, count=4, spp=64, jitter=False, **properties)
@@ -178,7 +182,7 @@ def test_weights_lower_the_error(scene):
 
 def test_sets_smaller_than_a_pixels_samples(scene):
     """Four sets of 16 make 64 samples; their mean is that of 16-sample images over independent sets."""
-    truth, _ = truth_of(scene)
+    truth, _ = truth_of()
     one = np.mean([(image(scene, plugin(samples=16), 64, seed=k) - truth) ** 2 for k in range(6)])
     four = np.mean([(image(scene, plugin(), 16, seed=k) - truth) ** 2 for k in range(6)])
     assert 2.5 < four / one < 6

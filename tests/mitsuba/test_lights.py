@@ -120,7 +120,7 @@ def test_noise_of_a_large_light():
     scene = wall()
     nested = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
     common = {"type": "reweighted", "domain": "light", "jitter": False, "blend": "off", "nested": nested}
-    truth = np.mean(images(scene, 4, 4096, samples=1024, sampler="sobol", weighted=False, **common), 0)
+    truth = np.mean(images(scene, 2, 2048, samples=1024, sampler="sobol", weighted=False, **common), 0)
 
     def mse(**properties):
         return np.mean((np.stack(images(scene, 6, 64, **common, **properties)) - truth) ** 2)

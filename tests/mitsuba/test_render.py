@@ -21,9 +21,9 @@ from voroquad.mitsuba import render as renderer
 SMALL = ["--size", "32x24", "--spp", "16"]
 
 
-def test_built_in_scene_renders_and_repeats(tmp_path):
+def test_a_render_repeats(ball, tmp_path):
     for name in ("a.exr", "b.exr"):
-        summary = renderer.render("depth-of-field", tmp_path / name, spp=16, size=(32, 24), seed=3)
+        summary = renderer.render(ball, tmp_path / name, spp=16, size=(32, 24), seed=3)
     assert (summary["width"], summary["height"]) == (32, 24)
     a, b = (np.array(mi.Bitmap(str(tmp_path / name))) for name in ("a.exr", "b.exr"))
     assert a.shape[:2] == (24, 32)

@@ -71,8 +71,9 @@ class Pass:
         """The image (height, width, channels) with a share λ (2, height, width) of what each half's weights add."""
         if len(self.differences) == 1:
             share = np.where(checkerboard(*self.size) == 0, share[0], share[1])[None]
-        image = self.plain.copy()
+        image = np.empty_like(self.plain)
         for rows in strips(len(image)):
+            image[rows] = self.plain[rows]
             for of_half, difference in zip(share, self.differences, strict=True):
                 image[rows, :, :3] += of_half[rows, :, None] * difference[rows]
         return image
@@ -177,12 +178,12 @@ class Footprint:
         total = np.zeros(0)
         for strip, band in zip(strips, bands, strict=True):
             height = len(band) + 2 * self.reach
-            if len(bands) == 1:
-                total = strip[:height]
-                break
             if total.size == 0:
                 total = np.zeros((rows + 2 * self.reach, columns, strip.shape[-1]))
-            total[band.start : band.start + height] += strip[:height]
+            if self.reach == 0:
+                total[band.start : band.stop] = strip[:height]
+            else:
+                total[band.start : band.start + height] += strip[:height]
         total = total[self.reach : self.reach + rows]
         return self._pass_of_box(total, channels) if self.reach == 0 else self._pass_of_filter(total, channels)
 

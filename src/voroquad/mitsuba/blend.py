@@ -57,10 +57,11 @@ class Share:
         if centre is None:
             if min(plain.shape[:2]) <= REACH:  # no neighbours to learn from
                 return
-            mirrored = np.pad(plain, ((REACH, REACH), (REACH, REACH), (0, 0)), mode="reflect")
+            mirrored = np.pad(np.arange(len(plain)), REACH, mode="reflect")
         for rows in strips(len(plain)):
             if centre is None:
-                deviation = from_neighbours(mirrored[rows.start : rows.stop + 2 * REACH])
+                around = plain[mirrored[rows.start : rows.stop + 2 * REACH]]
+                deviation = from_neighbours(np.pad(around, ((0, 0), (REACH, REACH), (0, 0)), mode="reflect"))
                 np.subtract(plain[rows], deviation, out=deviation)
             else:
                 deviation = plain[rows] - centre[rows]

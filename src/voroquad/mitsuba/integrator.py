@@ -9,6 +9,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from .. import orthogonal
 from .._checks import one_of, positive_int
 from ..samplers import DESIGNS, sample
 from ..tables import SampleTable
@@ -43,8 +44,8 @@ class Reweighted(Plain):
          area; or several of them at once, such as ``pixel+time``. (Default: ``lens``)
      * - sampler
        - |string|
-       - Design of the sets: ``uniform``, ``stratified``, ``regular``, ``sobol``, ``halton`` or ``zero-two``.
-         (Default: ``stratified``)
+       - Design of the sets: ``uniform``, ``stratified``, ``multi-jittered``, ``regular``, ``sobol``,
+         ``halton``, ``zero-two`` or ``orthogonal``. (Default: ``stratified``)
      * - order
        - |int|
        - Order of the weights, see `voroquad.weights`. (Default: 0, Voronoi cells)
@@ -285,7 +286,8 @@ def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> dict[str, A
     }
     recipe["periodic"] = domain.periodic and (recipe["order"], recipe["debias"]) == (0, "none")
     # Whether the rule exists does not depend on n: say so before anything is rendered
-    drawn = sample(recipe["design"], 2**domain.dimension, domain.dimension, sets=1)
+    n = orthogonal.least(domain.dimension) if recipe["design"] == "orthogonal" else 2**domain.dimension
+    drawn = sample(recipe["design"], n, domain.dimension, sets=1)
     if weighted:
         find_rule(drawn, recipe["order"], recipe["debias"])
     return recipe | {"weighted": weighted}

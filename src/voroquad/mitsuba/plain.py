@@ -217,8 +217,7 @@ class Plain(ADIntegrator):
         if isinstance(sensor, int):
             sensor = scene.sensors()[sensor]
         with dr.suspend_grad():
-            done = self.render_pass(scene, sensor, seed, spp)
-            return self.develop(sensor.film(), *alone(done, blend=self.blend))
+            return self.develop(sensor.film(), *alone(self.render_pass(scene, sensor, seed, spp), blend=self.blend))
 
     def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: mi.UInt32, spp: int) -> Pass:
         """Trace all rays, band after band; the image with equal weights, and what the weights change."""
