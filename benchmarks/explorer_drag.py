@@ -1,6 +1,7 @@
-"""Time from a pointer's move to the new picture in `voroquad explore`, 1000 samples of the square.
+"""Time from a pointer's move to the new picture in `voroquad explore`, with 1000 samples.
 
-    python benchmarks/explorer_drag.py     # on a machine that does nothing else; needs Chromium
+    python benchmarks/explorer_drag.py                  # on a machine that does nothing else; needs Chromium
+    python benchmarks/explorer_drag.py --weights leave-one-out      # these rows only
 
 From the browser's pointermove event to the end of the frame in which the new cells are drawn: the message to the
 server, cells, weights, estimate, the message back, the wait for the frame and the drawing.
@@ -21,11 +22,15 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
+from voroquad._files import atomic_path
+
 RESULT = Path(__file__).parent / "results" / "explorer_drag.csv"
-WEIGHTS = ("Voronoi cells", "leave-one-out")
+CASES = ((1, "Voronoi cells"), (2, "Voronoi cells"), (2, "leave-one-out"))
+SAMPLES = 1000
+PICTURES = {1: "interval", 2: "square"}
 #: Notes when a move was seen, and when the picture that answers it has been drawn
-WATCH = """() => {
-  const source = Bokeh.documents[0].get_model_by_name("square").renderers.at(-1).data_source;
+WATCH = """(name) => {
+  const source = Bokeh.documents[0].get_model_by_name(name).renderers.at(-1).data_source;
   window.taken = [];
   let moved = null;
   window.addEventListener("pointermove", () => { moved ??= performance.now(); }, true);
@@ -39,11 +44,13 @@ WATCH = """() => {
 
 
 def main() -> None:
-    """Measure both rules."""
+    """Measure all cases, or some."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("-n", type=int, default=1000, help="samples")
-    parser.add_argument("--moves", type=int, default=60)
+    parser.add_argument("--moves", type=int, default=40)
+    parser.add_argument("-d", type=int, choices=PICTURES)
+    parser.add_argument("--weights", choices=sorted({weights for _, weights in CASES}))
     options = parser.parse_args()
+    chosen = [(d, weights) for d, weights in CASES if options.d in (None, d) and options.weights in (None, weights)]
 
     program = [sys.executable, "-c", "from voroquad.cli import main; main()", "explore"]
     server = subprocess.Popen(program, stdout=subprocess.PIPE, text=True)
@@ -53,48 +60,52 @@ def main() -> None:
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
             page = browser.new_page(viewport={"width": 1400, "height": 1000})
-            rows = [row(weights, measure(page, url, weights, options)) for weights in WEIGHTS]
+            rows = {case: row(*case, measure(page, url, *case, options.moves)) for case in chosen}
             browser.close()
     finally:
         server.terminate()
-    with RESULT.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0])
+    with RESULT.open(newline="", encoding="utf-8") as file:
+        rows = {(int(old["d"]), old["weights"]): old for old in csv.DictReader(file)} | rows
+    with atomic_path(RESULT) as temporary, temporary.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, next(iter(rows.values())))
         writer.writeheader()
-        writer.writerows(rows)
+        writer.writerows(rows[case] for case in CASES if case in rows)
     print(RESULT.read_text(encoding="utf-8"))
 
 
-def measure(page: Page, url: str, weights: str, options: argparse.Namespace) -> list[float]:
+def measure(page: Page, url: str, d: int, weights: str, moves: int) -> list[float]:
     """Milliseconds of each answer to a drag."""
     page.goto(url)
     page.wait_for_selector("#page[aria-busy=false]")
-    page.get_by_label("2-D").check()
+    page.get_by_label(f"{d}-D").check()
+    page.get_by_text(f"d={d}").wait_for()
     field = page.get_by_label("N, samples of a set")
-    field.fill(str(options.n))
+    field.fill(str(SAMPLES))
     field.press("Enter")
-    page.get_by_text(f"n={options.n}, d=2").wait_for()
+    page.get_by_text(f"n={SAMPLES}, d={d}").wait_for()
     page.get_by_label("Weights", exact=True).first.select_option(label=weights)
     page.get_by_role("button", name="Pause").click()
-    time.sleep(3)
-    page.evaluate(WATCH)
+    time.sleep(1)
+    page.evaluate(WATCH, PICTURES[d])
     page.locator(".picture").scroll_into_view_if_needed()
-    box = page.locator(".picture .square").bounding_box()
+    box = page.locator(f".picture .{PICTURES[d]}").bounding_box()
     assert box is not None
     x, y = box["x"] + 0.3 * box["width"], box["y"] + 0.3 * box["height"]
     page.mouse.move(x, y)
     page.mouse.down()
-    for k in range(1, options.moves + 1):
+    for k in range(1, moves + 1):
         page.mouse.move(x + 3 * k, y + 2 * k)
-        time.sleep(0.2)
+        time.sleep(0.15)
     page.mouse.up()
     taken: list[float] = page.evaluate("taken")
     return taken
 
 
-def row(weights: str, milliseconds: list[float]) -> dict[str, object]:
+def row(d: int, weights: str, milliseconds: list[float]) -> dict[str, object]:
     """A line of the table."""
     median, high = np.percentile(milliseconds, [50, 95])
-    return {"weights": weights, "answers": len(milliseconds), "median_ms": f"{median:.1f}", "p95_ms": f"{high:.1f}"}
+    counts = {"d": d, "weights": weights, "answers": len(milliseconds)}
+    return counts | {"median_ms": f"{median:.1f}", "p95_ms": f"{high:.1f}"}
 
 
 if __name__ == "__main__":

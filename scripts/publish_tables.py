@@ -370,6 +370,13 @@ def order0_table() -> str:
 # ---------------------------------------------------------------------- docs/scaling.md
 
 
+def drag_table() -> str:
+    """Milliseconds from a pointer's move to the new picture."""
+    rows = read(RESULTS / "explorer_drag.csv")
+    body = [[f"{row['d']}-D", row["weights"], f"{row['median_ms']} ms", f"{row['p95_ms']} ms"] for row in rows]
+    return markdown([["", "weights", "median", "95 % within"], *body], "ll")
+
+
 def cluster_table() -> str:
     """What the checks on real Dask processes saw."""
     return markdown([["", ""], *([row["what"], row["seen"]] for row in read(RESULTS / "cluster.csv"))], "ll")
@@ -420,6 +427,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "families": families_table,
         "peers": peers_table,
     },
+    "explore.md": {"explorer-drag": drag_table},
     "scaling.md": {"cluster": cluster_table, "scaling-costs": costs_table, "scaling": scaling_table},
     "bias.md": {"bias-tables": bias_table, "order0": order0_table},
     "rules.md": {
