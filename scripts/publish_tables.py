@@ -281,12 +281,14 @@ def least(row: Row) -> float:
 
 def scene_bias_table() -> str:
     """Means of 64 renders against the references."""
-    rows = [["scene", "domain", "rule", "values", "passing", "mean z²", "expected", "mean z", "unbiased"]]
+    rows = [["scene", "domain", "rule", "values", "passing", "mean z²", "expected", "mean z"]]
+    rows[0] += ["by skewness", "unbiased"]
     for r in read(RESULTS / "scene_bias.csv"):
         passing = f"{100 * float(r['passing']):.2f} %"
         mean = f"{float(r['mean_z']):.3f} ± {float(r['mean_z_error']):.3f}".replace("-", "−")
         squares = [f"{float(r[name]):.3f}" for name in ("mean_square_z", "expected")]
-        rows.append([r["scene"], r["domain"], r["rule"], r["values"], passing, *squares, mean, r["unbiased"]])
+        skewed = f"{float(r['skewed_z']):.3f}".replace("-", "−") if r["skewed_z"] else "–"
+        rows.append([r["scene"], r["domain"], r["rule"], r["values"], passing, *squares, mean, skewed, r["unbiased"]])
     return markdown(rows, "lll")
 
 
