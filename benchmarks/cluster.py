@@ -371,7 +371,7 @@ def speed() -> Rows:
         for turn in range(4):
             for count, pool in pools.items():
                 start = time.perf_counter()
-                measure(methods, INTEGRANDS_2D, [1024], replicates=2**12 * 8, seed=turn, pool=pool)
+                measure(methods, INTEGRANDS_2D, [1024], replicates=2**12 * 4, seed=turn, pool=pool)
                 if turn > 0:  # the first warms up
                     seconds[count].append(time.perf_counter() - start)
     for count, each in seconds.items():

@@ -56,6 +56,16 @@ def test_values_and_sums_are_those_of_one_process(client):
     assert np.sum(values[::-1], axis=0).tobytes() != next(ours.sums(series[2:3], np.add, silent)).tobytes()
 
 
+def test_series_of_a_name_are_not_mistaken_for_one_another(client):
+    """As in two studies with one pool, while the values of the first may still be on a worker."""
+    pool = OnDask(client)
+    runs = [pool.values([Series("s", 3, (5,), noise, (seed,))], silent) for seed in (1, 2)]
+    for seed, values in enumerate(runs, 1):
+        np.testing.assert_array_equal(next(values), noise(seed, 0))
+    for seed, values in enumerate(runs, 1):
+        np.testing.assert_array_equal(list(values), [noise(seed, k) for k in (1, 2)])
+
+
 def test_a_study_has_the_same_bits(client, monkeypatch):
     """In several blocks per experiment."""
     from voroquad.study import convergence

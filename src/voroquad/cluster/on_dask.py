@@ -70,7 +70,6 @@ class OnDask:
         self.store = store
         self._address = client.scheduler_info(n_workers=0)["address"]
         self._threads = 1
-        self._run = uuid.uuid4().hex[:8]  # keys of one run are not those of another on the same scheduler
         with self._clear_errors():
             self._wait_for_workers()
             client.register_plugin(OneThread())
@@ -146,6 +145,7 @@ class OnDask:
                 self.client.cancel([future for part in flying for future in (*part.units, part.value)])
 
     def _submit(self, series: Iterable[Series], size: int, add: Add) -> Iterator[_Part]:
+        run = uuid.uuid4().hex[:8]  # Dask takes one key for one value, and series of other runs may have these names
         for one in series:
             if self.store is not None:
                 self.store.open(one)
@@ -155,7 +155,7 @@ class OnDask:
                 units = [
                     self.client.submit(
                         _unit, self.store, one.name, one.shape, one.function, k, *one.arguments,
-                        key=f"{one.name}-{k}-{self._run}", pure=False, retries=RETRIES, priority=-start,
+                        key=f"{one.name}-{k}-{run}", pure=False, retries=RETRIES, priority=-start,
                     )
                     for k in numbers
                 ]  # fmt: skip
