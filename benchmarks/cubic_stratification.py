@@ -1,13 +1,15 @@
 """vq.quad and cubic stratification (Chopin and Gerber), each at all its orders: d = 2, at most 1024 evaluations.
 
 Four functions: smooth, a narrow Gaussian, a kink and a half-plane jump. Mean squared errors with their standard errors
-over independent sets go to benchmarks/results/cubic_stratification.csv; `best` marks the best order of a rule.
+over independent sets go to benchmarks/results/cubic_stratification.csv; `best` marks the best order of a rule. Lines of
+rules that are not measured stay.
 
-    python benchmarks/cubic_stratification.py [--replicates 2000]
+    python benchmarks/cubic_stratification.py [--replicates 2000] [--only "vq.quad auto"]
 """
 
 import argparse
 import csv
+import itertools
 import warnings
 from pathlib import Path
 
@@ -68,28 +70,37 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--replicates", type=int, default=2000)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--only", default="", help="a rule and its order")
     options = parser.parse_args()
 
     truth = np.array([f.integral for f in FUNCTIONS])
     rules = [("vq.quad", order, by_quad) for order in ("auto", *range(1, HIGHEST_ORDER[2] + 1))]
     rules += [("cubic stratification", order, by_cubic) for order in CUBIC_ORDERS]
-    rows = []
+    lines = {} if not options.only else measured()
     for rule, order, estimate in rules:
+        if options.only not in ("", f"{rule} {order}"):
+            continue
         results = [estimate(order, options.seed * options.replicates + k) for k in range(options.replicates)]
         squares = np.square([value - truth for value, _ in results])
         error = squares.std(axis=0, ddof=1) / np.sqrt(len(squares))
-        rows.append([rule, order, results[0][1], squares.mean(axis=0), error])
-        print(
-            rule, order, results[0][1], *(f"{m:.3g} ± {e:.1g}" for m, e in zip(*rows[-1][3:], strict=True)), flush=True
-        )
+        for f, mean, spread in zip(FUNCTIONS, squares.mean(axis=0), error, strict=True):
+            lines[f.name, rule, str(order)] = [str(results[0][1]), f"{mean:.3g}", f"{spread:.2g}"]
+            print(rule, order, results[0][1], f.name, f"{mean:.3g} ± {spread:.1g}", flush=True)
 
     with RESULTS.open("w", newline="", encoding="utf-8") as file:
         table = csv.writer(file, lineterminator="\n")
         table.writerow(["rule", "order", "evaluations", "function", "mse", "mse_standard_error", "best"])
-        for k, f in enumerate(FUNCTIONS):
-            for rule, order, used, mse, error in rows:
-                best = mse[k] == min(row[3][k] for row in rows if row[0] == rule)
-                table.writerow([rule, order, used, f.name, f"{mse[k]:.3g}", f"{error[k]:.2g}", "best" if best else ""])
+        for f, (rule, order, _) in itertools.product(FUNCTIONS, rules):
+            used, mse, error = lines[f.name, rule, str(order)]
+            least = min(float(line[1]) for key, line in lines.items() if key[:2] == (f.name, rule))
+            table.writerow([rule, order, used, f.name, mse, error, "best" if float(mse) == least else ""])
+
+
+def measured() -> dict[tuple[str, str, str], list[str]]:
+    """The lines that are there, by function, rule and order."""
+    with RESULTS.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.reader(file))[1:]
+    return {(name, rule, order): [used, mse, error] for rule, order, used, name, mse, error, _ in rows}
 
 
 if __name__ == "__main__":

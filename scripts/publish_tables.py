@@ -321,7 +321,7 @@ def weight_bounds_table() -> str:
     names |= {"sum_largest": "Σ\\|w\\|, worst set", "weight_largest": "largest N \\|w\\|"}
     measured = read(RESULTS / "weight_bounds.csv")
     for r in measured:
-        r["order"] = r["order"] if r["order"] == "kriging" else f"order {r['order']}"
+        r["order"] = f"kriging, drift {r['drift']}" if r["drift"] else f"order {r['order']}"
     return markdown([[*names.values()], *([r[k] for k in names] for r in measured)], "lll")
 
 
