@@ -37,27 +37,25 @@ using ConvexCell = std::conditional_t<D == 2, ConvexPolygon, ConvexPolyhedron>;
 template <int D>
 class CellCutter {
 public:
-    // Calls visit(site, cell) for the sites of a leaf of the tree. The cell's coordinates are
-    // relative to its site.
+    // Calls visit(site, cell) for the sites of a family of leaves of the tree. The cell's
+    // coordinates are relative to its site.
     template <class Visit>
-    void cut_leaf(const PointTree<D> &tree, Domain domain, std::size_t leaf, Visit &&visit) {
+    void cut_family(const PointTree<D> &tree, Domain domain, std::size_t family, Visit &&visit) {
         tree_ = &tree;
         domain_ = domain;
-        around_.collect(tree, domain, leaf);
-        near2_ = around_.reach() * around_.reach() * (D == 2 ? 0.75 : 0.5);
+        around_.collect(tree, domain, family, (D == 2 ? 2.9 : 2.8) * tree.spacing_near(family));
         far_sites_.clear();
-        near_side_ = may_mirror(tree.leaf_box(leaf));
-        const std::size_t begin = tree.leaf_begin(leaf), end = tree.leaf_begin(leaf + 1);
+        first_ = tree.leaf_begin(tree.family_begin(family));
         if constexpr (D == 2) {
-            for (std::size_t s = begin; s < end; s += width)
-                wrap(s, std::min(width, end - s), s - begin, visit);
+            wrap_leaves(family, visit);
         } else {
-            for (std::size_t s = begin; s < end; ++s) {
+            near2_ = around_.reach() * around_.reach() * 0.5;
+            for (std::size_t s = first_; s < tree.leaf_begin(tree.family_begin(family + 1)); ++s) {
                 move_to(s);
-                around_.stand_at(site_, s - begin);
+                around_.stand_at(site_, s - first_);
                 cell_.reset(side_);
                 clip_between(0.0, near2_);
-                finish();
+                finish(near2_);
                 visit(s, static_cast<const ConvexCell<D> &>(cell_));
             }
         }
@@ -75,34 +73,81 @@ private:
         return q;
     }
 
-    // Wraps the cells of `count` sites in the plane among the points nearest to each, which
-    // settles most of them; clips the others. The sites are points of the neighbourhood from
-    // `own` on.
+    // A site, and the squared distance up to which points are taken for its cell
+    struct Wanted {
+        std::size_t site;
+        double to;
+    };
+
+    // Cells in the plane: the points nearest to each site settle most of them. What they leave of
+    // another tells how far points must be taken for it; where many reach beyond the points
+    // around, as next to a gap, more are collected.
     template <class Visit>
-    void wrap(std::size_t first, std::size_t count, std::size_t own, Visit &&visit) {
-        wraps_.reset(around_.size() + 4);
-        for (std::size_t lane = 0; lane < count; ++lane) {
-            move_to(first + lane);
-            around_.nearer_than(near2_, site_, own + lane,
-                                [&](const std::array<Vector, 2> &q, std::uint64_t chosen) {
-                                    wraps_.add(lane, q[0], q[1], chosen);
-                                });
-            if (near_side_)
+    void wrap_leaves(std::size_t family, Visit &&visit) {
+        const std::size_t first = tree_->family_begin(family);
+        const std::size_t last = tree_->family_begin(family + 1);
+        const double near = 0.86 * around_.reach();
+        near2_ = near * near;
+        again_.clear();
+        far_ = 0;
+        std::array<Wanted, width> group;
+        for (std::size_t leaf = first; leaf < last; ++leaf) {
+            around_.narrow(leaf, near, near_);
+            const bool mirrors = may_mirror(tree_->leaf_box(leaf));
+            const std::size_t begin = tree_->leaf_begin(leaf), end = tree_->leaf_begin(leaf + 1);
+            for (std::size_t s = begin; s < end; s += width) {
+                const std::size_t count = std::min(width, end - s);
+                for (std::size_t i = 0; i < count; ++i) group[i] = {s + i, near2_};
+                wrap({group.data(), count}, near_, begin, mirrors, visit);
+            }
+        }
+        if (far_ >= 4) around_.collect(*tree_, domain_, family, 3.0 * around_.reach());
+        for (std::size_t i = 0; i < again_.size(); i += width) {
+            const std::size_t count = std::min(width, again_.size() - i);
+            for (std::size_t k = 0; k < count; ++k) {
+                move_to(again_[i + k].site);
+                group[k] = {again_[i + k].site, std::min(again_[i + k].to, seen2_)};
+            }
+            wrap({group.data(), count}, around_.points(), first_, domain_ == Domain::box, visit);
+        }
+    }
+
+    // Wraps the cells of a few sites among points, of which the sites from `first` on are the
+    // first. What is not settled is wanted again with more points, or clipped.
+    template <class Visit>
+    void wrap(std::span<const Wanted> sites, const PointList<2> &points, std::size_t first,
+              bool mirrors, Visit &&visit) {
+        wraps_.reset(points.size() + 4);
+        for (std::size_t lane = 0; lane < sites.size(); ++lane) {
+            const auto [site, to] = sites[lane];
+            move_to(site);
+            wraps_.add_all(lane,
+                           [&](auto &&add) { points.nearer_than(to, site_, site - first, add); });
+            if (mirrors)
                 for_each_mirror([&](const Point<2> &q) {
-                    if (dot<2>(q, q) < near2_) wraps_.add(lane, q);
+                    if (dot<2>(q, q) < to) wraps_.add(lane, q);
                 });
         }
         wraps_.wrap();
-        for (std::size_t lane = 0; lane < count; ++lane) {
-            const WrappedCell wrapped = wraps_.cell(lane);
-            if (wraps_.sound(lane) && reach2(wrapped) <= near2_) {
-                visit(first + lane, wrapped);
+        for (std::size_t lane = 0; lane < sites.size(); ++lane) {
+            const auto [site, to] = sites[lane];
+            const WrappedCell cell = wraps_.cell(lane);
+            const bool sound = wraps_.sound(lane);
+            if (sound && reach2(cell) <= to) {
+                visit(site, cell);
                 continue;
             }
-            move_to(first + lane);
-            around_.stand_at(site_, own + lane);
-            if (wraps_.sound(lane)) {
-                cell_.assign(wrapped);
+            move_to(site);
+            if (&points == &near_) {
+                const double wanted =
+                    sound ? reach2(cell) : std::numeric_limits<double>::infinity();
+                again_.push_back({site, wanted});
+                far_ += wanted > seen2_;
+                continue;
+            }
+            around_.stand_at(site_, site - first_);
+            if (sound) {
+                cell_.assign(cell);
                 for_each_mirror([&](const Point<2> &q) {
                     if (dot<2>(q, q) < reach2(cell_)) cell_.clip(q);
                 });
@@ -110,8 +155,8 @@ private:
                 cell_.reset(side_);
                 clip_between(0.0, near2_);
             }
-            finish();
-            visit(first + lane, static_cast<const ConvexCell<D> &>(cell_));
+            finish(sound ? to : near2_);
+            visit(site, static_cast<const ConvexCell<D> &>(cell_));
         }
     }
 
@@ -139,13 +184,13 @@ private:
             side_.lo[a] = domain_ == Domain::box ? -site_[a] : -0.5;
             side_.hi[a] = domain_ == Domain::box ? 1.0 - site_[a] : 0.5;
         }
-    }
-
-    // Clips with all points that are not nearer than near2_ and may still cut the cell.
-    void finish() {
-        clip_between(near2_, reach2(cell_));
         const double seen = around_.seen_from(site_);
         seen2_ = seen * seen * (1.0 - 1e-12);
+    }
+
+    // Clips with all points that are not nearer than `from` (squared) and may still cut the cell.
+    void finish(double from) {
+        clip_between(from, reach2(cell_));
         if (reach2(cell_) > seen2_) search_far();
     }
 
@@ -209,10 +254,11 @@ private:
             const std::size_t end = tree_->leaf_begin(leaf + 1);
             for (std::size_t s = tree_->leaf_begin(leaf); s < end; s += width) {
                 // Vectors may reach into the next leaf: more sites do no harm
+                const std::array<Vector, D> p = tree_->vectors(s);
                 std::array<Vector, D> q;
                 Vector q2{}, size{}, along{};
                 for (int a = 0; a < D; ++a) {
-                    q[a] = (load(tree_->coordinates(a) + s) - site_[a]) + turn[a];
+                    q[a] = (p[a] - site_[a]) + turn[a];
                     q2 += q[a] * q[a];
                     size += larger(q[a], -q[a]);
                     along += q[a] * v[a];
@@ -249,8 +295,11 @@ private:
     const PointTree<D> *tree_ = nullptr;
     Domain domain_ = Domain::box;
     Neighbourhood<D> around_;
+    PointList<D> near_;                // of those around a leaf of the family the nearest
+    std::vector<Wanted> again_;        // with more points
+    std::size_t far_ = 0;              // of them want points from beyond those around
     double near2_ = 0.0, seen2_ = 0.0; // squared: the nearest points come first; all are known
-    bool near_side_ = false;           // mirror images may be among the nearest points
+    std::size_t first_ = 0;            // site of the family
     Point<D> site_{};
     Box<D> side_{}; // the domain as the site sees it
     ConvexCell<D> cell_;
@@ -276,13 +325,14 @@ template <int D, class Visit, class Pause = NoPause>
 void for_each_cell(CellWorkspace<D> &work, Domain domain, unsigned threads, Visit &&visit,
                    Pause &&pause = {}) {
     if (work.cutters.size() < threads) work.cutters.resize(threads);
-    const auto cut_leaves = [&](std::size_t begin, std::size_t end, unsigned worker) {
-        for (std::size_t leaf = begin; leaf < end; ++leaf)
-            work.cutters[worker].cut_leaf(
-                work.tree, domain, leaf,
+    const auto cut_families = [&](std::size_t begin, std::size_t end, unsigned worker) {
+        for (std::size_t f = begin; f < end; ++f)
+            work.cutters[worker].cut_family(
+                work.tree, domain, f,
                 [&](std::size_t site, const auto &cell) { visit(site, cell, worker); });
     };
-    parallel_for(work.tree.leaves(), 128, threads, cut_leaves, pause);
+    constexpr std::size_t grain = 128 / PointTree<D>::family_size;
+    parallel_for(work.tree.families(), grain, threads, cut_families, pause);
 }
 
 // Lengths, areas or volumes of the cells. Points that coincide share their cell equally.
@@ -337,33 +387,34 @@ inline Polygons cell_polygons(const PointView<2> &points, Domain domain) {
     CellWorkspace<2> work;
     work.tree.build(points);
 
-    // Site after site, without edges of length zero
+    // As the cells come, without edges of length zero
+    struct Range {
+        std::size_t begin, end;
+    };
     std::vector<Point<2>> corners;
-    std::vector<std::size_t> begin(work.tree.sites() + 1), site_of(points.size());
+    std::vector<Range> polygon(points.size());
     for_each_cell(work, domain, 1, [&](std::size_t s, const auto &cell, unsigned) {
         const Point<2> site = work.tree.site(s);
-        for (const std::size_t i : work.tree.points_at(s)) site_of[i] = s;
-        begin[s] = corners.size();
+        const std::size_t begin = corners.size();
         for (std::size_t v = 0; v < cell.size(); ++v) {
             Point<2> corner = cell.vertex(v);
             for (int a = 0; a < 2; ++a) {
                 corner[a] += site[a];
                 if (domain == Domain::box) corner[a] = std::clamp(corner[a], 0.0, 1.0);
             }
-            if (corners.size() == begin[s] || corner != corners.back()) corners.push_back(corner);
+            if (corners.size() == begin || corner != corners.back()) corners.push_back(corner);
         }
-        while (corners.size() > begin[s] + 1 && corners.back() == corners[begin[s]])
-            corners.pop_back();
+        while (corners.size() > begin + 1 && corners.back() == corners[begin]) corners.pop_back();
+        for (const std::size_t i : work.tree.points_at(s)) polygon[i] = {begin, corners.size()};
     });
-    begin.back() = corners.size();
 
     // Into the caller's order
     Polygons out;
     out.offsets.push_back(0);
-    for (const std::size_t s : site_of) {
+    for (const auto &[begin, end] : polygon) {
         out.vertices.insert(out.vertices.end(),
-                            corners.begin() + static_cast<std::ptrdiff_t>(begin[s]),
-                            corners.begin() + static_cast<std::ptrdiff_t>(begin[s + 1]));
+                            corners.begin() + static_cast<std::ptrdiff_t>(begin),
+                            corners.begin() + static_cast<std::ptrdiff_t>(end));
         out.offsets.push_back(out.vertices.size());
     }
     return out;

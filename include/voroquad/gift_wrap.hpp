@@ -55,19 +55,25 @@ public:
         point_[0][place] = q[0];
         point_[1][place] = q[1];
     }
-    // Adds those of a vector of points whose bit is set.
-    void add(std::size_t lane, Vector x, Vector y, std::uint64_t bits) {
-        const std::size_t place = lane * room_ + count_[lane];
-        store_chosen(&point_[0][place], x, bits);
-        store_chosen(&point_[1][place], y, bits);
-        count_[lane] += static_cast<std::size_t>(std::popcount(bits));
+    // Adds those of vectors of points that are wanted; each(add) calls add(x, y, bits).
+    template <class Each>
+    void add_all(std::size_t lane, Each &&each) {
+        double *x_end = &point_[0][lane * room_ + count_[lane]];
+        double *y_end = &point_[1][lane * room_ + count_[lane]];
+        each([&](const std::array<Vector, 2> &q, std::uint64_t bits) {
+            store_chosen(x_end, q[0], bits);
+            store_chosen(y_end, q[1], bits);
+            x_end += std::popcount(bits);
+            y_end += std::popcount(bits);
+        });
+        count_[lane] = static_cast<std::size_t>(x_end - &point_[0][lane * room_]);
     }
 
     // Wraps all hulls.
     void wrap() {
         invert();
         Vector x = start_[0], y = start_[1];
-        Mask walking = x == x, sound = nearest2_ > 1e-280;
+        Mask walking = x == x, sound = apart_ > 0.0;
         Vector first_x{}, first_y{}, last_x{}, last_y{};
         twice_area_ = radius2_ = size_ = Vector{};
         for (std::size_t k = 0; k < most_vertices && any(walking); ++k) {
@@ -97,7 +103,7 @@ public:
             x = to_x, y = to_y;
         }
         twice_area_ = twice_area_ + (last_x * first_y - last_y * first_x);
-        sound = sound & ~walking;
+        sound = sound & ~walking & (radius2_ * longest2_ < 1e10);
         sound_ = sound ? Vector{} + 1.0 : Vector{};
     }
 
@@ -114,29 +120,42 @@ private:
     static constexpr std::size_t chains = 4; // independent searches, to fill the pipeline
     static constexpr std::size_t most_vertices = 16;
 
-    // Point by point, each lane's beside the others', become their inverses; `start_` is that
+    // Points become their inverses, then each lane's stand beside the others'; `start_` is that
     // of the nearest, the first corner.
     void invert() {
         const std::size_t most = *std::max_element(count_.begin(), count_.end());
         size_of_hull_ = (most + chains - 1) / chains * chains;
-        for (std::size_t lane = 0; lane < width; ++lane)
-            for (std::size_t j = count_[lane]; j < padded(most); j += width)
-                for (auto &axis : point_) // infinitely far away: no corner
-                    store(&axis[lane * room_ + j], Vector{} + infinity);
-        nearest2_ = Vector{} + infinity;
+        for (std::size_t lane = 0; lane < width; ++lane) {
+            double *px = &point_[0][lane * room_], *py = &point_[1][lane * room_];
+            store(px + count_[lane], Vector{} + infinity); // infinitely far away: no corner
+            std::uint64_t coincide = 0;
+            for (std::size_t j = 0; j < count_[lane]; j += width) {
+                const Vector x = load(px + j), y = load(py + j), r2 = x * x + y * y;
+                const Vector inverse = 1.0 / r2;
+                const Mask finite = r2 < infinity;
+                store(px + j, finite ? x * inverse : Vector{});
+                store(py + j, finite ? y * inverse : Vector{});
+                coincide |= bits_less(r2, Vector{} + 1e-280);
+            }
+            for (std::size_t j = (count_[lane] + width - 1) / width * width; j < size_of_hull_;
+                 j += width) {
+                store(px + j, Vector{});
+                store(py + j, Vector{});
+            }
+            apart_[lane] = coincide == 0;
+        }
         start_ = {};
+        longest2_ = Vector{};
         for (std::size_t j = 0; j < size_of_hull_; j += width) {
             const auto x = columns(0, j), y = columns(1, j);
             for (std::size_t k = 0; k < width; ++k) {
-                const Vector r2 = x[k] * x[k] + y[k] * y[k], inverse = 1.0 / r2;
-                const Mask finite = r2 < infinity, nearer = r2 < nearest2_;
-                const Vector px = finite ? x[k] * inverse : Vector{};
-                const Vector py = finite ? y[k] * inverse : Vector{};
-                store(&inverse_[0][(j + k) * width], px);
-                store(&inverse_[1][(j + k) * width], py);
-                nearest2_ = nearer ? r2 : nearest2_;
-                start_[0] = nearer ? px : start_[0];
-                start_[1] = nearer ? py : start_[1];
+                store(&inverse_[0][(j + k) * width], x[k]);
+                store(&inverse_[1][(j + k) * width], y[k]);
+                const Vector p2 = x[k] * x[k] + y[k] * y[k];
+                const Mask longer = p2 > longest2_;
+                longest2_ = longer ? p2 : longest2_;
+                start_[0] = longer ? x[k] : start_[0];
+                start_[1] = longer ? y[k] : start_[1];
             }
         }
     }
@@ -149,27 +168,25 @@ private:
         return transposed(rows);
     }
 
-    // The corner after p = (x, y): of the points less than half a turn ahead, p × q > 0, the one
-    // farthest to the right; the origin where there is none. A point q lies to the right of the
-    // line from p to b iff (b - p) × (q - p) = b × q + p × b - p × q < 0; differences of points
-    // would lose the digits of far ones next to a near one. (Without the first condition one of
-    // several corners on a line, behind, or p itself might pass for ahead by rounding.)
+    // The corner after (x, y): as seen from a point p just outside of it, of all points q the one
+    // farthest to the right, where q lies to the right of b iff (b - p) × (q - p) < 0; the origin
+    // where there is none. (From the corner itself, others behind it on a common line would pass
+    // for ahead by rounding.)
     std::array<Vector, 2> next_corner(Vector x, Vector y) const {
-        std::array<Vector, chains> bx{}, by{}, pb{}; // from the origin, inside the hull
-        const Vector ahead = 1e-15 * (x * x + y * y);
-        const auto take_right = [&](std::size_t c, Vector qx, Vector qy, Vector pq) {
-            const Mask right = (pq > ahead) & ((bx[c] * qy - by[c] * qx) + pb[c] < pq);
+        constexpr double outside = 1.0 + 1e-14;
+        x *= outside, y *= outside;
+        std::array<Vector, chains> bx{}, by{}; // from the origin, inside the hull
+        const auto take_right = [&](std::size_t c, Vector qx, Vector qy) {
+            const Mask right = (bx[c] - x) * (qy - y) < (by[c] - y) * (qx - x);
             bx[c] = right ? qx : bx[c];
             by[c] = right ? qy : by[c];
-            pb[c] = right ? pq : pb[c];
         };
         const double *px = inverse_[0].data(), *py = inverse_[1].data();
         for (std::size_t j = 0; j < size_of_hull_; j += chains)
-            for (std::size_t c = 0; c < chains; ++c) {
-                const Vector qx = load(px + (j + c) * width), qy = load(py + (j + c) * width);
-                take_right(c, qx, qy, x * qy - y * qx);
-            }
-        for (std::size_t c = 1; c < chains; ++c) take_right(0, bx[c], by[c], pb[c]);
+            for (std::size_t c = 0; c < chains; ++c)
+                take_right(c, load(px + (j + c) * width), load(py + (j + c) * width));
+        for (std::size_t half = chains / 2; half > 0; half /= 2)
+            for (std::size_t c = 0; c < half; ++c) take_right(c, bx[c + half], by[c + half]);
         return {bx[0], by[0]};
     }
 
@@ -177,7 +194,7 @@ private:
     std::array<Numbers, 2> inverse_; // of point j of lane i: [j * width + i]
     std::array<std::size_t, width> count_{};
     std::size_t room_ = 0, size_of_hull_ = 0;
-    Vector nearest2_;
+    Vector longest2_, apart_;
     std::array<Vector, 2> start_;
     alignas(64) std::array<std::array<double, most_vertices * width>, 2> vertex_;
     Vector twice_area_, radius2_, size_, sound_;

@@ -1,4 +1,4 @@
-// voroquad/neighbourhood.hpp: the points around a leaf of a tree.
+// voroquad/neighbourhood.hpp: the points around a family of leaves.
 #pragma once
 
 #include <algorithm>
@@ -16,44 +16,54 @@
 
 namespace voroquad {
 
-// All points within `reach` of the box of a leaf, collected once for the sites in it. On the
-// torus a point that is near across a side counts with its image. The leaf's own sites are
-// the first of the points.
+// Points side by side for vectors. On the torus each has the whole turn that brings it to where
+// it is seen.
 template <int D>
-class Neighbourhood {
+class PointList {
 public:
-    void collect(const PointTree<D> &tree, Domain domain, std::size_t leaf) {
-        tree_ = &tree;
-        domain_ = domain;
-        box_ = tree.leaf_box(leaf);
-        spacing_ = tree.spacing_near(leaf);
-        reach_ = (D == 2 ? 2.9 : 2.8) * spacing_;
-        for (int attempt = 0; attempt < 8; ++attempt, reach_ *= 0.5) {
-            size_ = 0;
-            add_leaf(leaf, box_, {});
-            for_each_turn(reach_, [&](const Point<D> &turn, bool home) {
-                const Box<D> box = box_.shifted_back(turn);
-                tree.within(box, reach_ * reach_, [&](std::size_t l) {
-                    if (!home || l != leaf) add_leaf(l, box, turn);
-                });
-            });
-            if (size_ <= most_points) break;
-        }
-        for (auto &axis : point_) // where vectors read beyond the end there is nothing near
-            std::fill_n(axis.data() + size_, lanes, std::numeric_limits<double>::infinity());
-        if (domain_ == Domain::torus)
-            for (auto &axis : turn_) std::fill_n(axis.data() + size_, lanes, 0.0);
+    using Vectors = std::array<Vector, D>;
+
+    void clear(Domain domain) {
+        turned_ = domain == Domain::torus;
+        size_ = 0;
+    }
+    void reserve(std::size_t n) {
+        if (point_[0].size() >= n + lanes) return;
+        for (auto *axes : {&point_, &turn_})
+            for (auto &axis : *axes) axis.resize(2 * (n + lanes));
+    }
+    // Adds those of a vector of points whose bit is set; there is room for all.
+    void add(const Vectors &points, const Vectors &turns, std::uint64_t chosen) {
+        for (int a = 0; a < D; ++a) store_chosen(&point_[a][size_], points[a], chosen);
+        if (turned_)
+            for (int a = 0; a < D; ++a) store_chosen(&turn_[a][size_], turns[a], chosen);
+        size_ += static_cast<std::size_t>(std::popcount(chosen));
+    }
+    // Where vectors read beyond the last point there is nothing near.
+    void end() {
+        Vectors nowhere;
+        nowhere.fill(Vector{} + std::numeric_limits<double>::infinity());
+        add(nowhere, {}, all_lanes);
+        size_ -= width;
     }
 
     std::size_t size() const { return size_; }
-    double spacing() const { return spacing_; }
-    double reach() const { return reach_; }
-    // All points within this distance of a site of the leaf are here
-    double seen_from(const Point<D> &site) const {
-        double margin = std::numeric_limits<double>::infinity();
-        for (int a = 0; a < D; ++a)
-            margin = std::min({margin, site[a] - box_.lo[a], box_.hi[a] - site[a]});
-        return margin + reach_;
+    Vectors points(std::size_t i) const { return loaded(point_, i); }
+    Vectors turns(std::size_t i) const { return turned_ ? loaded(turn_, i) : Vectors{}; }
+    // Vectors of points, and single ones, as a site sees them
+    Vectors seen_from(const Point<D> &site, std::size_t i) const {
+        Vectors q = points(i);
+        for (int a = 0; a < D; ++a) q[a] -= site[a];
+        if (turned_)
+            for (int a = 0; a < D; ++a) q[a] += load(&turn_[a][i]);
+        return q;
+    }
+    Point<D> point_seen_from(const Point<D> &site, std::size_t i) const {
+        Point<D> q;
+        for (int a = 0; a < D; ++a) q[a] = point_[a][i] - site[a];
+        if (turned_)
+            for (int a = 0; a < D; ++a) q[a] += turn_[a][i];
+        return q;
     }
 
     // Calls visit(q, bits) for vectors of points as a site, which is point `own`, sees them; bits
@@ -61,18 +71,91 @@ public:
     template <class Visit>
     void nearer_than(double to, const Point<D> &site, std::size_t own, Visit &&visit) const {
         for (std::size_t i = 0; i < size_; i += width) {
-            const std::array<Vector, D> q = seen_by(site, i);
-            std::uint64_t chosen = bits_less(squared(q), Vector{} + to);
+            const Vectors q = seen_from(site, i);
+            std::uint64_t chosen = bits_less(squared<D>(q), Vector{} + to);
             if (own - i < width) chosen &= ~(std::uint64_t{1} << (own - i));
             visit(q, chosen);
         }
     }
 
+private:
+    static Vectors loaded(const std::array<Numbers, D> &from, std::size_t i) {
+        Vectors v;
+        for (int a = 0; a < D; ++a) v[a] = load(&from[a][i]);
+        return v;
+    }
+
+    bool turned_ = false;
+    std::size_t size_ = 0;
+    std::array<Numbers, D> point_, turn_;
+};
+
+// All points within `reach` of a family of leaves, collected once for the sites in them. On
+// the torus a point that is near across a side counts with its image. Its own sites are the
+// first of the points, in their order.
+template <int D>
+class Neighbourhood {
+public:
+    // In a crowd the reach is shortened.
+    void collect(const PointTree<D> &tree, Domain domain, std::size_t family, double reach) {
+        tree_ = &tree;
+        domain_ = domain;
+        box_ = tree.family_box(family);
+        first_ = tree.leaf_begin(tree.family_begin(family));
+        const std::size_t first = tree.family_begin(family), last = tree.family_begin(family + 1);
+        reach_ = reach;
+        for (int attempt = 0; attempt < 8; ++attempt, reach_ *= 0.5) {
+            points_.clear(domain);
+            add_leaves(first, last);
+            for_each_turn(reach_, [&](const Point<D> &turn, bool home) {
+                const Box<D> box = box_.shifted_back(turn);
+                tree.within(box, reach_ * reach_, [&](std::size_t l) {
+                    if (!home || l < first || l >= last) add_leaf(l, box, turn);
+                });
+            });
+            if (points_.size() <= most_points) break;
+        }
+        points_.end();
+    }
+
+    // Of the points those within `reach` of a leaf: its own sites first
+    void narrow(std::size_t leaf, double reach, PointList<D> &near) const {
+        const Box<D> box = tree_->leaf_box(leaf);
+        const std::size_t begin = tree_->leaf_begin(leaf) - first_;
+        const std::size_t end = tree_->leaf_begin(leaf + 1) - first_;
+        near.clear(domain_);
+        near.reserve(points_.size() + lanes);
+        for (std::size_t i = begin; i < end; i += width)
+            near.add(points_.points(i), points_.turns(i), first_lanes(end - i));
+        const auto add = [&](std::size_t from, std::size_t to) {
+            for (std::size_t i = from; i < to; i += width) {
+                const auto p = points_.points(i), turn = points_.turns(i);
+                const Vector d2 = distance2(p, turn, box);
+                const std::uint64_t chosen = bits_less(d2, Vector{} + reach * reach);
+                near.add(p, turn, chosen & first_lanes(to - i));
+            }
+        };
+        add(0, begin);
+        add(end, points_.size());
+        near.end();
+    }
+
+    const PointList<D> &points() const { return points_; }
+    double reach() const { return reach_; }
+    // All points within this distance of a site of the family are here
+    double seen_from(const Point<D> &site) const {
+        double margin = std::numeric_limits<double>::infinity();
+        for (int a = 0; a < D; ++a)
+            margin = std::min({margin, site[a] - box_.lo[a], box_.hi[a] - site[a]});
+        return margin + reach_;
+    }
+
     // Measures the distances from a site, which is point `own`, to all points.
     void stand_at(const Point<D> &site, std::size_t own) {
         site_ = site;
-        for (std::size_t i = 0; i < size_; i += width)
-            store(&distance2_[i], squared(seen_by(site, i)));
+        if (distance2_.size() < padded(size())) distance2_.resize(2 * padded(size()));
+        for (std::size_t i = 0; i < size(); i += width)
+            store(&distance2_[i], squared<D>(points_.seen_from(site, i)));
         distance2_[own] = std::numeric_limits<double>::infinity();
     }
     double squared_distance(std::size_t i) const { return distance2_[i]; }
@@ -80,9 +163,9 @@ public:
     // Calls visit(i) for the points whose squared distance is at least `from` and below `to`.
     template <class Visit>
     void between(double from, double to, Visit &&visit) const {
-        for (std::size_t block = 0; block < size_; block += 64) {
+        for (std::size_t block = 0; block < size(); block += 64) {
             const double *distance2 = distance2_.data() + block;
-            const std::size_t n = std::min<std::size_t>(size_ - block, 64);
+            const std::size_t n = std::min<std::size_t>(size() - block, 64);
             std::uint64_t chosen = bits_below(distance2, n, to);
             if (from > 0.0) chosen &= ~bits_below(distance2, n, from);
             for_each_bit(chosen, [&](std::size_t i) { visit(block + i); });
@@ -90,13 +173,7 @@ public:
     }
 
     // A point as the site sees it
-    Point<D> point(std::size_t i) const {
-        Point<D> q;
-        for (int a = 0; a < D; ++a) q[a] = point_[a][i] - site_[a];
-        if (domain_ == Domain::torus)
-            for (int a = 0; a < D; ++a) q[a] += turn_[a][i];
-        return q;
-    }
+    Point<D> point(std::size_t i) const { return points_.point_seen_from(site_, i); }
 
     // Calls visit(turn, home) for the images of the domain that may hold points within `reach`
     // of the leaf: itself, and on the torus its neighbours. (An image of a point that is a
@@ -126,57 +203,50 @@ public:
     }
 
 private:
-    static constexpr std::size_t most_points = D == 2 ? 256 : 2048;
+    static constexpr std::size_t most_points = D == 2 ? 512 : 2048;
 
-    std::array<Vector, D> seen_by(const Point<D> &site, std::size_t i) const {
-        std::array<Vector, D> q;
+    std::size_t size() const { return points_.size(); }
+
+    // Squared distances from a box; the turn is added to differences, which have all digits.
+    static Vector distance2(const typename PointList<D>::Vectors &p,
+                            const typename PointList<D>::Vectors &turn, const Box<D> &box) {
+        typename PointList<D>::Vectors gap;
         for (int a = 0; a < D; ++a) {
-            q[a] = load(&point_[a][i]) - site[a];
-            if (domain_ == Domain::torus) q[a] += load(&turn_[a][i]);
+            const Vector above = (p[a] - box.hi[a]) + turn[a];
+            const Vector below = (box.lo[a] - p[a]) - turn[a];
+            gap[a] = larger(larger(above, below), Vector{});
         }
-        return q;
+        return squared<D>(gap);
     }
-    static Vector squared(const std::array<Vector, D> &q) {
-        Vector sum{};
-        for (int a = 0; a < D; ++a) sum += q[a] * q[a];
-        return sum;
+
+    // Adds all sites of leaves.
+    void add_leaves(std::size_t first, std::size_t last) {
+        const std::size_t end = tree_->leaf_begin(last);
+        points_.reserve(end - first_);
+        for (std::size_t s = tree_->leaf_begin(first); s < end; s += width)
+            points_.add(tree_->vectors(s), {}, first_lanes(end - s));
     }
 
     // Adds the points of a leaf that are within reach of a box.
     void add_leaf(std::size_t leaf, const Box<D> &box, const Point<D> &turn) {
         const std::size_t begin = tree_->leaf_begin(leaf), end = tree_->leaf_begin(leaf + 1);
-        reserve(size_ + (end - begin) + 2 * lanes);
+        points_.reserve(points_.size() + (end - begin));
+        typename PointList<D>::Vectors turns;
+        for (int a = 0; a < D; ++a) turns[a] = Vector{} + turn[a];
         for (std::size_t s = begin; s < end; s += width) {
-            Vector distance2{};
-            for (int a = 0; a < D; ++a) {
-                const Vector c = load(tree_->coordinates(a) + s);
-                const Vector gap = larger(larger(c - box.hi[a], box.lo[a] - c), Vector{});
-                distance2 += gap * gap;
-            }
-            std::uint64_t chosen = bits_less(distance2, Vector{} + reach_ * reach_);
-            if (end - s < width) chosen &= (std::uint64_t{1} << (end - s)) - 1;
-            for (int a = 0; a < D; ++a)
-                store_chosen(&point_[a][size_], load(tree_->coordinates(a) + s), chosen);
-            if (domain_ == Domain::torus)
-                for (int a = 0; a < D; ++a) store(&turn_[a][size_], Vector{} + turn[a]);
-            size_ += static_cast<std::size_t>(std::popcount(chosen));
+            const auto p = tree_->vectors(s);
+            const Vector d2 = distance2(p, {}, box);
+            const std::uint64_t chosen = bits_less(d2, Vector{} + reach_ * reach_);
+            points_.add(p, turns, chosen & first_lanes(end - s));
         }
-    }
-
-    void reserve(std::size_t n) {
-        if (distance2_.size() >= n) return;
-        n = std::max<std::size_t>(2 * n, 256);
-        for (auto &axis : point_) axis.resize(n);
-        for (auto &axis : turn_) axis.resize(n);
-        distance2_.resize(n);
     }
 
     const PointTree<D> *tree_ = nullptr;
     Domain domain_ = Domain::box;
     Box<D> box_{};
-    double spacing_ = 0.0, reach_ = 0.0;
-    std::size_t size_ = 0;
-    std::array<Numbers, D> point_, turn_;
+    std::size_t first_ = 0; // site
+    double reach_ = 0.0;
+    PointList<D> points_;
     Numbers distance2_;
     Point<D> site_{};
 };

@@ -88,6 +88,12 @@ struct Box {
             hi[a] = std::max(hi[a], p[a]);
         }
     }
+    void include(const Box &other) {
+        for (int a = 0; a < D; ++a) {
+            lo[a] = std::min(lo[a], other.lo[a]);
+            hi[a] = std::max(hi[a], other.hi[a]);
+        }
+    }
     double longest() const {
         double side = 0.0;
         for (int a = 0; a < D; ++a) side = std::max(side, hi[a] - lo[a]);

@@ -29,6 +29,12 @@ using Vector = double __attribute__((vector_size(16)));
 using Mask = decltype(Vector{} < Vector{});
 inline constexpr std::size_t width = sizeof(Vector) / sizeof(double);
 
+// Bits of the first n lanes
+inline constexpr std::uint64_t all_lanes = (std::uint64_t{1} << width) - 1;
+constexpr std::uint64_t first_lanes(std::size_t n) {
+    return n < width ? (std::uint64_t{1} << n) - 1 : all_lanes;
+}
+
 // Numbers that begin on a cache line, so that no vector of them straddles two
 template <class T>
 struct CacheAligned {
@@ -58,6 +64,14 @@ inline void store(double *to, Vector v) { std::memcpy(to, &v, sizeof v); }
 // Maximum as the hardware does it: one instruction, no branch.
 inline double larger(double a, double b) { return a > b ? a : b; }
 inline Vector larger(Vector a, Vector b) { return a > b ? a : b; }
+
+// Sums of squares
+template <int D>
+Vector squared(const std::array<Vector, D> &q) {
+    Vector sum{};
+    for (int a = 0; a < D; ++a) sum += q[a] * q[a];
+    return sum;
+}
 
 // Bit i is set where a < b in lane i.
 inline std::uint64_t bits_less(Vector a, Vector b) {

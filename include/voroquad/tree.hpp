@@ -16,7 +16,9 @@
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <numeric>
 #include <span>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
@@ -30,47 +32,51 @@ namespace voroquad {
 template <int D>
 class PointTree {
 public:
-    static constexpr std::size_t leaf_size = D == 2 ? 16 : 8; // sites
+    static constexpr std::size_t leaf_size = 8; // sites
     static constexpr std::size_t fanout = 8;
+    static constexpr std::size_t family_size = D == 2 ? 8 : 1; // leaves
 
     // Orders the points and builds the boxes; keeps the memory of the set before.
     void build(const PointView<D> &points) {
         const std::size_t n = points.size();
+        if (n >= std::numeric_limits<std::uint32_t>::max())
+            throw std::length_error("a set of 2^32 points or more");
+        Box<D> all = Box<D>::empty();
+        for (std::size_t i = 0; i < n; ++i) all.include(points[i]);
+
         entries_.resize(n);
         spare_.resize(n);
-        Box<D> all = Box<D>::empty();
-        for (std::size_t i = 0; i < n; ++i) {
-            entries_[i] = {points[i], i};
-            all.include(entries_[i].point);
-        }
-
-        for (auto &axis : coordinates_) axis.clear();
-        order_.clear();
-        first_.clear();
-        leaf_begin_.assign(1, 0);
-        for (auto &axis : coordinates_) axis.reserve(n);
-        order_.reserve(n);
-        first_.reserve(n + 1);
+        bucket_.resize(n);
+        order_.resize(n);
+        first_.resize(n + 1);
+        for (auto &axis : coordinates_) axis.resize(padded(n + lanes));
         starts_.clear();
-        split(entries_.data(), spare_.data(), n, all);
-        end_leaf();
-        first_.push_back(order_.size());
+        leaf_begin_.assign(1, 0);
+        family_begin_.assign(1, 0);
+        sites_ = placed_ = 0;
+        split(Given{points}, n, all, entries_.data(), spare_.data());
+        end_family();
+        first_[sites_] = static_cast<std::uint32_t>(placed_);
         for (auto &axis : coordinates_)
-            axis.resize(padded(sites() + lanes), std::numeric_limits<double>::infinity());
+            std::fill_n(axis.data() + sites_, lanes, std::numeric_limits<double>::infinity());
         pack();
     }
 
     // Distinct points, in the order of the curve
-    std::size_t sites() const { return first_.size() - 1; }
+    std::size_t sites() const { return sites_; }
     Point<D> site(std::size_t s) const {
         Point<D> p;
         for (int a = 0; a < D; ++a) p[a] = coordinates_[a][s];
         return p;
     }
-    // Of all sites, with room for vectors beyond the last
-    const double *coordinates(int axis) const { return coordinates_[axis].data(); }
+    // A vector of sites from s; it may reach beyond the last
+    std::array<Vector, D> vectors(std::size_t s) const {
+        std::array<Vector, D> p;
+        for (int a = 0; a < D; ++a) p[a] = load(&coordinates_[a][s]);
+        return p;
+    }
     // Positions in the caller's array of the points that lie at a site
-    std::span<const std::size_t> points_at(std::size_t s) const {
+    std::span<const std::uint32_t> points_at(std::size_t s) const {
         return {order_.data() + first_[s], first_[s + 1] - first_[s]};
     }
 
@@ -79,13 +85,30 @@ public:
     std::size_t leaf_begin(std::size_t leaf) const { return leaf_begin_[leaf]; }
     Box<D> leaf_box(std::size_t leaf) const { return levels_[0].box(leaf); }
 
-    // The typical distance between sites near a leaf, from the box of its siblings: as if they
-    // filled it, or its longest sides where it is flat
-    double spacing_near(std::size_t leaf) const {
-        const std::size_t first = leaf / fanout * fanout;
-        const std::size_t last = std::min(first + fanout, leaves());
+    // Families are the leaves family_begin(f) … family_begin(f + 1) - 1, which lie side by side.
+    std::size_t families() const { return family_begin_.size() - 1; }
+    std::size_t family_begin(std::size_t family) const { return family_begin_[family]; }
+    Box<D> family_box(std::size_t family) const {
+        Box<D> box = leaf_box(family_begin(family));
+        for (std::size_t l = family_begin(family) + 1; l < family_begin(family + 1); ++l)
+            box.include(leaf_box(l));
+        return box;
+    }
+
+    // The typical distance between sites near a family, from its box if it is large, else from
+    // that of the siblings of its first leaf: as if they filled it, or its longest sides where it
+    // is flat
+    double spacing_near(std::size_t family) const {
+        std::size_t first = family_begin(family), last = family_begin(family + 1);
+        Box<D> box;
+        if (leaf_begin(last) - leaf_begin(first) >= fanout * leaf_size / 2) {
+            box = family_box(family);
+        } else {
+            box = levels_[1].box(first / fanout);
+            first = first / fanout * fanout;
+            last = std::min(first + fanout, leaves());
+        }
         const auto count = static_cast<double>(leaf_begin(last) - leaf_begin(first));
-        const Box<D> box = levels_[1].box(leaf / fanout);
         Point<D> side;
         for (int a = 0; a < D; ++a) side[a] = box.hi[a] - box.lo[a];
         std::sort(side.begin(), side.end(), std::greater<>());
@@ -136,7 +159,12 @@ public:
 private:
     struct Entry {
         Point<D> point;
-        std::size_t index;
+        std::uint32_t index;
+    };
+    // The caller's points as entries
+    struct Given {
+        const PointView<D> &points;
+        Entry operator[](std::size_t i) const { return {points[i], static_cast<std::uint32_t>(i)}; }
     };
     struct Branch {
         double distance2;
@@ -157,6 +185,9 @@ private:
             for (int a = 0; a < D; ++a) b.lo[a] = lo[a][i], b.hi[a] = hi[a][i];
             return b;
         }
+        void set(std::size_t i, const Box<D> &b) {
+            for (int a = 0; a < D; ++a) lo[a][i] = b.lo[a], hi[a][i] = b.hi[a];
+        }
         // Squared distances from `query` to the boxes from `first`, as many as a vector holds
         Vector distances(std::size_t first, const Box<D> &query) const {
             Vector distance2{};
@@ -173,10 +204,16 @@ private:
     static constexpr std::size_t block = 4096;
     static constexpr std::size_t crowd = 12; // more points than that to a bucket are split
 
-    // Orders entries[0, n), which lie in `box`, and emits their leaves.
-    void split(Entry *entries, Entry *spare, std::size_t n, const Box<D> &box) {
+    // Orders the entries from[0] … from[n - 1], which lie in `box`, and emits their leaves. The
+    // arrays have room for n entries.
+    template <class Entries>
+    void split(const Entries &from, std::size_t n, const Box<D> &box, Entry *entries,
+               Entry *spare) {
         const double longest = box.longest();
-        if (n <= crowd || longest == 0.0) return emit(entries, n);
+        if (n <= crowd || longest == 0.0) {
+            for (std::size_t i = 0; i < n; ++i) entries[i] = from[i];
+            return emit(entries, n);
+        }
 
         // A grid with about one point to a bucket where that is fine enough for the curve, else
         // with blocks for such grids; `unit` keeps its scale finite
@@ -192,56 +229,101 @@ private:
                 const int c = static_cast<int>((p[a] - box.lo[a]) * unit * scale);
                 cell = cell << bits | static_cast<std::size_t>(std::min(c, (1 << bits) - 1));
             }
-            return std::size_t{curve.rank[cell]};
+            return curve.rank[cell];
         };
 
-        // Counting sort along the curve
+        // Counting sort along the curve: each bucket then ends where its counter stands.
         const std::size_t buckets = curve.rank.size(), base = starts_.size();
-        starts_.resize(base + buckets + 1, 0);
-        bucket_.resize(std::max(bucket_.size(), n));
+        starts_.resize(base + buckets, 0);
         for (std::size_t i = 0; i < n; ++i) {
-            bucket_[i] = static_cast<std::uint16_t>(bucket_of(entries[i].point));
+            bucket_[i] = bucket_of(from[i].point);
             ++starts_[base + bucket_[i]];
         }
-        std::size_t total = 0;
-        for (std::size_t b = 0; b <= buckets; ++b) total += std::exchange(starts_[base + b], total);
-        for (std::size_t i = 0; i < n; ++i) spare[starts_[base + bucket_[i]]++] = entries[i];
+        std::uint32_t total = 0, most = 0;
+        for (std::size_t b = base; b < base + buckets; ++b) {
+            most = std::max(most, starts_[b]);
+            total += std::exchange(starts_[b], total);
+        }
+        std::uint32_t *const next = starts_.data() + base;
+        if (most > crowd) {
+            for (std::size_t i = 0; i < n; ++i) entries[next[bucket_[i]]++] = from[i];
+        } else {
+            for (std::size_t i = 0; i < n; ++i) place(from[i], next[bucket_[i]]++);
+            if (are_distinct(n, most)) {
+                starts_.resize(base);
+                return add_sites(n);
+            }
+            for (std::size_t i = 0; i < n; ++i) entries[i] = placed(i);
+        }
 
-        // Each bucket now ends where its counter stands; a crowded one is split further.
+        // A crowded bucket is split further.
         std::size_t begin = 0;
-        for (std::size_t b = 0; b < buckets; begin = starts_[base + b++]) {
-            const std::size_t count = starts_[base + b] - begin;
+        for (std::size_t b = base; b < base + buckets; ++b) {
+            const std::size_t count = starts_[b] - begin;
+            Entry *const own = entries + begin;
+            begin += count;
             if (count <= crowd) {
-                emit(spare + begin, count);
+                emit(own, count);
             } else {
                 Box<D> inner = Box<D>::empty();
-                for (std::size_t i = begin; i < begin + count; ++i) inner.include(spare[i].point);
-                end_leaf();
-                split(spare + begin, entries + begin, count, inner);
-                end_leaf();
+                for (std::size_t i = 0; i < count; ++i) inner.include(own[i].point);
+                end_family();
+                split(static_cast<const Entry *>(own), count, inner, spare + (own - entries), own);
+                end_family();
             }
         }
         starts_.resize(base);
     }
 
+    // Where the sites end, entries are placed in any order, all before they become sites.
+    void place(const Entry &entry, std::size_t i) {
+        for (int a = 0; a < D; ++a) coordinates_[a][sites_ + i] = entry.point[a];
+        order_[placed_ + i] = entry.index;
+    }
+    Entry placed(std::size_t i) const { return {site(sites_ + i), order_[placed_ + i]}; }
+
+    // Whether no two of n placed entries coincide that are less than `apart` places apart.
+    bool are_distinct(std::size_t n, std::size_t apart) const {
+        std::uint64_t same = 0;
+        for (std::size_t lag = 1; lag < std::min(apart, n); ++lag)
+            for (std::size_t i = 0; i < n - lag; i += width) {
+                std::uint64_t bits = first_lanes(n - lag - i);
+                const auto p = vectors(sites_ + i), q = vectors(sites_ + i + lag);
+                for (int a = 0; a < D; ++a) bits &= bits_of(p[a] == q[a]);
+                same |= bits;
+            }
+        return same == 0;
+    }
+
+    // Makes sites of n placed entries.
+    void add_sites(std::size_t n) {
+        std::iota(&first_[sites_], &first_[sites_] + n, static_cast<std::uint32_t>(placed_));
+        sites_ += n;
+        placed_ += n;
+        while (leaf_begin_.back() + leaf_size < sites_) end_leaf(leaf_begin_.back() + leaf_size);
+    }
+
     // Makes sites of the entries, those that coincide as one: few, or all in one place.
     void emit(Entry *entries, std::size_t n) {
         for (std::size_t i = 0; i < n; ++i) {
-            if (first_.size() == leaf_begin_.back() + leaf_size) end_leaf();
             const Point<D> p = entries[i].point;
-            first_.push_back(order_.size());
-            for (int a = 0; a < D; ++a) coordinates_[a].push_back(p[a]);
-            order_.push_back(entries[i].index);
+            place(entries[i], 0);
+            add_sites(1);
             for (std::size_t j = i + 1; j < n; ++j)
                 if (entries[j].point == p) {
-                    order_.push_back(entries[j].index);
+                    order_[placed_++] = entries[j].index;
                     std::swap(entries[++i], entries[j]);
                 }
         }
     }
 
-    void end_leaf() {
-        if (first_.size() > leaf_begin_.back()) leaf_begin_.push_back(first_.size());
+    void end_leaf(std::size_t end) {
+        leaf_begin_.push_back(end);
+        if (leaves() == family_begin_.back() + family_size) family_begin_.push_back(leaves());
+    }
+    void end_family() {
+        if (sites_ > leaf_begin_.back()) end_leaf(sites_);
+        if (leaves() > family_begin_.back()) family_begin_.push_back(leaves());
     }
 
     // Boxes of the leaves, then of eight boxes each until no more than eight are left
@@ -249,13 +331,11 @@ private:
         std::size_t count = leaves();
         levels_.resize(std::max<std::size_t>(levels_.size(), 1));
         levels_[0].resize(count);
-        for (std::size_t l = 0; l < count; ++l)
-            for (int a = 0; a < D; ++a) {
-                const auto [low, high] = std::minmax_element(
-                    &coordinates_[a][leaf_begin_[l]], coordinates_[a].data() + leaf_begin_[l + 1]);
-                levels_[0].lo[a][l] = *low;
-                levels_[0].hi[a][l] = *high;
-            }
+        for (std::size_t l = 0; l < count; ++l) {
+            Box<D> box = Box<D>::empty();
+            for (std::size_t s = leaf_begin_[l]; s < leaf_begin_[l + 1]; ++s) box.include(site(s));
+            levels_[0].set(l, box);
+        }
         std::size_t depth = 1;
         for (; depth == 1 || count > fanout; ++depth) {
             if (levels_.size() == depth) levels_.emplace_back();
@@ -263,13 +343,11 @@ private:
             Level &level = levels_[depth];
             const std::size_t parents = (count + fanout - 1) / fanout;
             level.resize(parents);
-            for (int a = 0; a < D; ++a)
-                for (std::size_t i = 0; i < parents; ++i) {
-                    const auto low = below.lo[a].begin() + static_cast<std::ptrdiff_t>(i * fanout);
-                    const auto high = below.hi[a].begin() + static_cast<std::ptrdiff_t>(i * fanout);
-                    level.lo[a][i] = *std::min_element(low, low + fanout);
-                    level.hi[a][i] = *std::max_element(high, high + fanout);
-                }
+            for (std::size_t i = 0; i < parents; ++i) {
+                Box<D> box = Box<D>::empty();
+                for (std::size_t c = 0; c < fanout; ++c) box.include(below.box(i * fanout + c));
+                level.set(i, box);
+            }
             count = parents;
         }
         levels_.resize(depth);
@@ -289,10 +367,11 @@ private:
 
     LargeArray<Entry> entries_, spare_;
     LargeArray<std::uint16_t> bucket_;
-    std::vector<std::size_t> starts_; // a stack of the grids being split
+    std::vector<std::uint32_t> starts_; // a stack of the grids being split
     std::array<LargeArray<double>, D> coordinates_;
-    LargeArray<std::size_t> order_, first_;
-    std::vector<std::size_t> leaf_begin_;
+    LargeArray<std::uint32_t> order_, first_;
+    std::size_t sites_ = 0, placed_ = 0; // placed points
+    std::vector<std::size_t> leaf_begin_, family_begin_;
     std::vector<Level> levels_;
 };
 
