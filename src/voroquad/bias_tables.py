@@ -252,9 +252,12 @@ class BiasTable:
 
 def _contract(coefficients: Floats, polynomials: list[Floats]) -> Floats:
     """Σ c[q_1, …, q_d] T_{q_1} … T_{q_d} for rows (m, q) of polynomials."""
+    # Products of one shape, filled up with zeros: a row has the same bits whatever rows are beside it
     first, matrix = polynomials[0], coefficients.reshape(len(coefficients), -1)
     rows = max(1, _ONE_THREAD // matrix.size)
-    values = np.concatenate([first[begin : begin + rows] @ matrix for begin in range(0, len(first), rows)])
+    blocks = np.zeros((-(-len(first) // rows), rows, first.shape[1]))
+    blocks.reshape(-1, first.shape[1])[: len(first)] = first
+    values = (blocks @ matrix).reshape(-1, matrix.shape[1])[: len(first)]
     for p in polynomials[1:]:
         values = np.einsum("mq,mqr->mr", p, values.reshape(len(p), p.shape[1], -1))
     return values[:, 0]
