@@ -1,10 +1,10 @@
 """Sums and largest weights of the default rules of vq.quad, over many sets.
 
-For d = 1 to 4 and each default rule (an order; kriging with a drift of some degree), on the smallest grid of at least
-100 strata that has it, where weights vary most, and on one of about 1000: Σ|w| on average and of the worst set, and the
-largest N |w| of any weight. What is asked of every set is Σ|w| ≤ 1.1, and of every weight N |w| ≤ 20. Grids of up to
-150 strata get `sets` sets, larger ones fewer, sets · (100 / N)³. Writes benchmarks/results/weight_bounds.csv; lines of
-dimensions that are not measured stay.
+For d = 1 to 4 and each default rule (an order; kriging with a drift of some degree and what is assumed with it), on
+the smallest grid of at least 100 strata that has it, where weights vary most, and on one of about 1000: Σ|w| on average
+and of the worst set, and the largest N |w| of any weight. What is asked of every set is Σ|w| ≤ 1.1, and of every weight
+N |w| ≤ 20. Grids of up to 150 strata get `sets` sets, larger ones fewer, sets · (100 / N)³. Writes
+benchmarks/results/weight_bounds.csv; lines of dimensions that are not measured stay.
 
     VOROQUAD_NUM_THREADS=1 nice -n 19 python benchmarks/weight_bounds.py [--dimensions 1,2] [--sets 100000]
 """
@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from voroquad._checks import whole_numbers
-from voroquad.kriging import model
+from voroquad.kriging import assumed_for, model
 from voroquad.leave_one_out import default_order, fit_strata
 from voroquad.quadrature import largest_grid
 from voroquad.samplers import sample
@@ -40,7 +40,7 @@ def grids(d: int) -> list[tuple[int, ...]]:
     first: dict[object, tuple[int, ...]] = {}
     for shape in shapes:
         if math.prod(shape) >= FEWEST:
-            first.setdefault((default_order(shape), drift(shape)), shape)
+            first.setdefault((default_order(shape), drift(shape), assumed_for(math.prod(shape), d)), shape)
     return list(dict.fromkeys([*first.values(), largest_grid(MANY, d)]))
 
 
