@@ -4,7 +4,8 @@
     python benchmarks/explorer_drag.py --weights leave-one-out      # these rows only
 
 From the browser's pointermove event to the end of the frame in which the new cells are drawn: the message to the
-server, cells, weights, estimate, the message back, the wait for the frame and the drawing.
+server, cells, weights, estimate, the message back, the wait for the frame and the drawing. On a shared machine the
+host takes processor time for others, and with it the frames come later: `stolen` is its share of the time.
 Writes benchmarks/results/explorer_drag.csv.
 """
 
@@ -60,7 +61,7 @@ def main() -> None:
         with sync_playwright() as playwright:
             browser = playwright.chromium.launch(executable_path=shutil.which("chromium"))
             page = browser.new_page(viewport={"width": 1400, "height": 1000})
-            rows = {case: row(*case, measure(page, url, *case, options.moves)) for case in chosen}
+            rows = {case: row(*case, *measure(page, url, *case, options.moves)) for case in chosen}
             browser.close()
     finally:
         server.terminate()
@@ -73,8 +74,8 @@ def main() -> None:
     print(RESULT.read_text(encoding="utf-8"))
 
 
-def measure(page: Page, url: str, d: int, weights: str, moves: int) -> list[float]:
-    """Milliseconds of each answer to a drag."""
+def measure(page: Page, url: str, d: int, weights: str, moves: int) -> tuple[list[float], float]:
+    """Milliseconds of each answer to a drag, and the share of processor time stolen meanwhile."""
     page.goto(url)
     page.wait_for_selector("#page[aria-busy=false]")
     page.get_by_label(f"{d}-D").check()
@@ -93,19 +94,26 @@ def measure(page: Page, url: str, d: int, weights: str, moves: int) -> list[floa
     x, y = box["x"] + 0.3 * box["width"], box["y"] + 0.3 * box["height"]
     page.mouse.move(x, y)
     page.mouse.down()
+    before = processor_times()
     for k in range(1, moves + 1):
         page.mouse.move(x + 3 * k, y + 2 * k)
         time.sleep(0.15)
     page.mouse.up()
+    _, _, _, idle, waiting, _, _, stolen = spent = processor_times() - before
     taken: list[float] = page.evaluate("taken")
-    return taken
+    return taken, stolen / (spent.sum() - idle - waiting)
 
 
-def row(d: int, weights: str, milliseconds: list[float]) -> dict[str, object]:
+def processor_times() -> np.ndarray:
+    """User, nice, system, idle, waiting, interrupts (2) and stolen, in ticks (proc(5), Linux)."""
+    return np.array(Path("/proc/stat").read_text(encoding="utf-8").split("\n")[0].split()[1:9], dtype=float)
+
+
+def row(d: int, weights: str, milliseconds: list[float], stolen: float) -> dict[str, object]:
     """A line of the table."""
     median, high = np.percentile(milliseconds, [50, 95])
     counts = {"d": d, "weights": weights, "answers": len(milliseconds)}
-    return counts | {"median_ms": f"{median:.1f}", "p95_ms": f"{high:.1f}"}
+    return counts | {"median_ms": f"{median:.1f}", "p95_ms": f"{high:.1f}", "stolen": f"{stolen:.2f}"}
 
 
 if __name__ == "__main__":

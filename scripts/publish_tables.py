@@ -369,14 +369,20 @@ def order0_table() -> str:
     return markdown(rows, "lll")
 
 
-# ---------------------------------------------------------------------- docs/scaling.md
+# ---------------------------------------------------------------------- docs/explore.md
 
 
 def drag_table() -> str:
     """Milliseconds from a pointer's move to the new picture."""
     rows = read(RESULTS / "explorer_drag.csv")
-    body = [[f"{row['d']}-D", row["weights"], f"{row['median_ms']} ms", f"{row['p95_ms']} ms"] for row in rows]
-    return markdown([["", "weights", "median", "95 % within"], *body], "ll")
+    body = [
+        [f"{r['d']}-D", r["weights"], f"{r['median_ms']} ms", f"{r['p95_ms']} ms", f"{100 * float(r['stolen']):.0f} %"]
+        for r in rows
+    ]
+    return markdown([["", "weights", "median", "95 % within", "processor time stolen"], *body], "ll")
+
+
+# ---------------------------------------------------------------------- docs/scaling.md
 
 
 def cluster_table() -> str:

@@ -3,7 +3,8 @@
 Bose's array over the field of q elements (Sankhyā 3, 1938) has q² rows and at most q + 1 columns of levels 0 … q−1;
 each pair of columns has each pair of levels once. Jittered as by Jarosz, Enayet, Kensler, Kilpatrick and Christensen
 (Computer Graphics Forum 38, 2019): levels are relabelled at random, and the points of a level take its q parts in
-random order, so that each of the n intervals of a coordinate holds one.
+random order, so that each of the n intervals of a coordinate holds one. `scipy.stats.qmc.LatinHypercube` makes such
+sets for primes q; renders mostly take 16, 64 or 256 samples per pixel, and 4, 8 and 16 are powers of a prime.
 """
 
 from __future__ import annotations
