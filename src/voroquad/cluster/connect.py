@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import re
 import sys
+import traceback
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 
@@ -92,11 +94,21 @@ def _client(scheduler: str | None, workers: int | None) -> Iterator[Client]:
         client = Client(scheduler, timeout=ANSWER)
     except (OSError, TimeoutError) as error:
         why = re.sub(r"in <.*?>: ", "", str(error.__cause__ or error))
+        _let_go(error)
         raise ConnectionError(f"no scheduler answers at {scheduler} ({why}); start one: dask scheduler") from None
-    except TypeError:  # Dask's, of tls:// without certificates
+    except TypeError as error:  # Dask's, of tls:// without certificates
+        _let_go(error)
         raise ValueError(
             f"{scheduler} wants certificates: name them in Dask's configuration, such as "
             "DASK_DISTRIBUTED__COMM__TLS__CA_FILE, __CLIENT__CERT and __CLIENT__KEY"
         ) from None
     with client:
         yield client
+
+
+def _let_go(error: BaseException | None) -> None:
+    """Collect the client that did not come about now: while another one starts, its end would wait for ever."""
+    while error is not None:
+        traceback.clear_frames(error.__traceback__)
+        error = error.__cause__ or error.__context__
+    gc.collect()
