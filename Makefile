@@ -23,7 +23,8 @@ $(BIN)/python:
 $(VENV)/.installed: $(BIN)/python pyproject.toml $(CORE)
 	@command -v $${CXX:-c++} >/dev/null || { echo "voroquad needs a C++20 compiler: apt-get install g++"; exit 1; }
 	$(BIN)/pip install -q 'scikit-build-core>=0.10' 'nanobind>=2.4' 'cmake>=3.18,<4.2' ninja
-	$(BIN)/pip install -q --no-build-isolation -e '.[dev]'
+	$(BIN)/pip install -q --no-build-isolation --no-deps -e .
+	$(BIN)/pip install -q 'voroquad[dev]' # of the one just installed; sdists among these bring their own build tools
 	@touch $@
 
 llvm: $(BIN)/python
