@@ -9,8 +9,9 @@ llvm_is_there() {
     [ -n "${DRJIT_LIBLLVM_PATH:-}" ] && return 0
     for library in /usr/lib/*-linux-gnu/libLLVM* /usr/lib64/libLLVM* /usr/lib/libLLVM* \
                    /usr/lib/llvm-*/lib/libLLVM* /opt/homebrew/opt/llvm/lib/libLLVM*; do
-        [ -e "$library" ] || continue
-        # libLLVM-19.so, libLLVM.so.19.1, libLLVM-17.0.6.so.1: the first number is the version
+        # libLLVM-19.so, libLLVM.so.19.1, libLLVM-17.0.6.so.1: the first number is the version;
+        # not the parts of a development package, such as libLLVMX86CodeGen.a
+        case $(basename "$library") in libLLVM[-.]*) ;; *) continue ;; esac
         version=$(basename "$library" | sed 's/^libLLVM[^0-9]*//; s/[^0-9].*//')
         [ -n "$version" ] && [ "$version" -ge "$OLDEST" ] && return 0
     done
