@@ -1,10 +1,10 @@
 """Sums and largest weights of the default rules of vq.quad, over many sets.
 
-For d = 1 to 4 and each default rule (an order; kriging with a drift of some degree and what is assumed with it), on
-the smallest grid of at least 100 strata that has it, where weights vary most, and on one of about 1000: Σ|w| on average
-and of the worst set, and the largest N |w| of any weight. What is asked of every set is Σ|w| ≤ 1.1, and of every weight
-N |w| ≤ 20. Grids of up to 150 strata get `sets` sets, larger ones fewer, sets · (100 / N)³. Writes
-benchmarks/results/weight_bounds.csv; lines of dimensions that are not measured stay.
+For d = 1 to 4 and each default rule (an order; kriging with a drift of some degree), on the smallest grid of at least
+100 strata that has it, where weights vary most, and on one of about 1000: Σ|w| on average and of the worst set, and the
+largest N |w| of any weight. What is asked of every set is Σ|w| ≤ 1.1, and of every weight N |w| ≤ 20. Grids of up to
+256 strata get `sets` sets, larger ones fewer, sets · (256 / N)³. Writes benchmarks/results/weight_bounds.csv; lines of
+dimensions that are not measured stay.
 
     VOROQUAD_NUM_THREADS=1 nice -n 19 python benchmarks/weight_bounds.py [--dimensions 1,2] [--sets 100000]
 """
@@ -17,13 +17,13 @@ from pathlib import Path
 import numpy as np
 
 from voroquad._checks import whole_numbers
-from voroquad.kriging import assumed_for, model
+from voroquad.kriging import model
 from voroquad.leave_one_out import default_order, fit_strata
 from voroquad.quadrature import largest_grid
 from voroquad.samplers import sample
 
 RESULTS = Path(__file__).parent / "results" / "weight_bounds.csv"
-FEWEST, ALL_SETS, MANY = 100, 150, 1156
+FEWEST, ALL_SETS, MANY = 100, 256, 1156
 POINTS = 2**16  # in memory at a time
 HEAD = ["d", "strata", "order", "drift", "sets", "sum_mean", "sum_standard_error", "sum_largest", "sets_beyond_1.1",
         "weight_largest", "sets_beyond_20"]  # fmt: skip
@@ -40,7 +40,7 @@ def grids(d: int) -> list[tuple[int, ...]]:
     first: dict[object, tuple[int, ...]] = {}
     for shape in shapes:
         if math.prod(shape) >= FEWEST:
-            first.setdefault((default_order(shape), drift(shape), assumed_for(math.prod(shape), d)), shape)
+            first.setdefault((default_order(shape), drift(shape)), shape)
     return list(dict.fromkeys([*first.values(), largest_grid(MANY, d)]))
 
 
@@ -70,21 +70,22 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
     for d in whole_numbers("dimensions", options.dimensions):
+        others = [line for line in measured() if line[0] != str(d)]
         lines = []
         for strata in grids(d):
             n = math.prod(strata)
-            sets = options.sets if n <= ALL_SETS else round(options.sets * (FEWEST / n) ** 3)
+            sets = options.sets if n <= ALL_SETS else round(options.sets * (ALL_SETS / n) ** 3)
             lines.append([str(entry) for entry in bounds(strata, sets, options.seed)])
             print(*lines[-1], flush=True)
-        put(d, lines)
+            with RESULTS.open("w", newline="", encoding="utf-8") as file:
+                rows = sorted([*others, *lines], key=lambda line: int(line[0]))
+                csv.writer(file, lineterminator="\n").writerows([HEAD, *rows])
 
 
-def put(d: int, lines: list[list[str]]) -> None:
-    """Write a dimension's lines in the place of those that are there."""
+def measured() -> list[list[str]]:
+    """The lines that are there."""
     with RESULTS.open(newline="", encoding="utf-8") as file:
-        kept = [line for line in list(csv.reader(file))[1:] if line[0] != str(d)]
-    with RESULTS.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([HEAD, *sorted([*kept, *lines], key=lambda line: int(line[0]))])
+        return list(csv.reader(file))[1:]
 
 
 if __name__ == "__main__":

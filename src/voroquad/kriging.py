@@ -24,34 +24,14 @@ Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 
-@dataclass(frozen=True)
-class Assumed:
-    """Of the random function, for at least so many samples: what keeps weights tame.
+#: Correlation length: in sample spacings, but at most this part of the box.
+SPACINGS, PART = 5.0, 0.5
 
-    Parameters
-    ----------
-    samples : int
-        The fewest that it is assumed for.
-    part, spacings : float
-        Correlation length, as a part of the box and in sample spacings, of which the less counts.
-    many : int
-        Number of samples below which more noise is assumed than they cannot resolve. Noise makes weights tame, above
-        all near the border, where most of few samples are.
-    """
-
-    samples: int
-    part: float
-    spacings: float
-    many: int
-
-
-#: By dimension. So much noise and length keep Σ|w| ≤ 1.1 in each of 10⁵ sets of a hundred samples
-#: (benchmarks/weight_bounds.py); where samples are many, a shorter length sees edges and peaks sharper.
-ASSUMED = {
-    2: (Assumed(600, 0.5, 8.0, 1800), Assumed(0, 0.75, 12.0, 1800)),
-    3: (Assumed(0, 0.5, 8.0, 300),),
-}
-ASSUMED_ELSEWHERE = (Assumed(0, 0.5, 8.0, 1),)
+#: Noise by dimension, in units of what the samples are too far apart to resolve. It keeps weights tame, above all near
+#: the border: Σ|w| ≤ 1.1 in every set of a hundred samples or more (benchmarks/weight_bounds.py). It costs smooth
+#: integrands some of their digits; edges and kinks gain from it.
+NOISE = {1: 12, 2: 12}
+NOISE_ELSEWHERE = 3
 
 #: Highest degree of the drift, and the fewest samples per term of it.
 DRIFT, SAMPLES_PER_TERM = 8, 12
@@ -76,22 +56,16 @@ class Model:
     noise: float
 
 
-def assumed_for(n: int, d: int) -> Assumed:
-    """What is assumed for n samples in d dimensions."""
-    return next(assumed for assumed in ASSUMED.get(d, ASSUMED_ELSEWHERE) if n >= assumed.samples)
-
-
 def model(n: int, d: int, spacing: float | None = None) -> Model:
     """The model for n samples in d dimensions, `spacing` apart; by default n^(−1/d), which fills the unit box.
 
-    The variance of the noise is (spacing / length)⁷, what the samples are too far apart to resolve, and more where they
-    are few (:data:`ASSUMED`).
+    A variance of (spacing / length)⁷ is what the samples are too far apart to resolve; that of the noise is
+    :data:`NOISE` times as much.
     """
     spacing = spacing or n ** (-1 / d)
-    of_process = assumed_for(n, d)
-    length = min(of_process.part, of_process.spacings * spacing)
+    length = min(PART, SPACINGS * spacing)
     degree = next(p for p in range(DRIFT, -1, -1) if p == 0 or SAMPLES_PER_TERM * math.comb(p + d, d) <= n)
-    return Model(degree, length, max(1, of_process.many / n) * (spacing / length) ** 7)
+    return Model(degree, length, NOISE.get(d, NOISE_ELSEWHERE) * (spacing / length) ** 7)
 
 
 @dataclass(frozen=True)
