@@ -55,6 +55,30 @@ def test_numpy_reads_the_file(tmp_path, table):
         assert str(plain["design"]) == "stratified"
 
 
+def test_load_adds_the_suffix_that_save_adds(tmp_path, table):
+    table.save(tmp_path / "t.large")
+    np.testing.assert_array_equal(vq.SampleTable.load(tmp_path / "t.large").points, table.points)
+
+
+def test_a_flipped_bit_is_refused_or_changes_nothing(tmp_path, table):
+    path, rng = tmp_path / "t.npz", np.random.default_rng(1)
+    table.save(path)
+    written, refused = path.read_bytes(), 0
+    for place in rng.permutation(len(written))[:300]:
+        damaged = bytearray(written)
+        damaged[place] ^= 1 << rng.integers(8)
+        path.write_bytes(damaged)
+        try:
+            loaded = vq.SampleTable.load(path)
+        except ValueError:
+            refused += 1
+            continue
+        np.testing.assert_array_equal(loaded.points, table.points)
+        np.testing.assert_array_equal(loaded.weights, table.weights)
+        assert repr(loaded) == repr(table)
+    assert refused > 150  # the others are dates and padding
+
+
 def test_suffix_is_added_and_an_old_file_replaced(tmp_path, table):
     table.save(tmp_path / "t")
     vq.SampleTable.make("uniform", n=4, d=1, sets=2, rng=1).save(tmp_path / "t.npz")
@@ -109,6 +133,9 @@ def test_missing_file():
         ({"sets": 0}, "sets must be"),
         ({"n": 13}, "nearest that do are n = 12"),
         ({"debias": "exchange"}, "no rule"),
+        ({"order": 1, "debias": "cross-fit"}, "debias='cross-fit' of 'stratified' sets is cross-fit, .* one by one"),
+        ({"design": "sobol", "order": "auto", "debias": "auto"}, "debias='auto' of 'sobol' sets is cross-fit"),
+        ({"design": "halton", "order": 2, "debias": "auto"}, "debias='auto' of 'halton' sets is cross-fit"),
     ],
 )
 def test_make_checks_its_arguments(change, message):

@@ -6,6 +6,7 @@ import contextlib
 import os
 import struct
 import zipfile
+import zlib
 from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
@@ -18,7 +19,7 @@ from ._files import atomic_path
 from .bias_tables import cache_directory
 from .cells import cells
 from .samplers import Rng, sample
-from .weights import weights
+from .weights import default_order, find_rule, weights
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,10 +130,9 @@ class SampleTable:
         ------
         ValueError
             What :func:`voroquad.sample` and :func:`voroquad.weights` raise; a periodic table of an order or
-            debias other than the defaults.
+            debias other than the defaults; cross-fit, which is what debias="auto" finds for Sobol' and
+            other sets: it weighs all sets together, and a table's sets are used one by one.
         """
-        if debias == "cross-fit":
-            raise ValueError("debias='cross-fit' weighs all sets together, but a table's sets are used one by one")
         if periodic and (order, debias) != (0, "none"):
             raise ValueError(
                 f"periodic=True has order=0 and debias='none' only, got order={order!r}, debias={debias!r}; "
@@ -144,7 +144,13 @@ class SampleTable:
         elif periodic:
             w = cells(drawn.points, periodic=True).measures
         else:
-            w = weights(drawn, order=order, debias=debias)
+            p = default_order(drawn, debias) if order == "auto" else order
+            if find_rule(drawn, p, debias).debias == "cross-fit":
+                raise ValueError(
+                    f"debias={debias!r} of {design!r} sets is cross-fit, which weighs all sets together, but a table's "
+                    "sets are used one by one; take debias='none' or a stratified design"
+                )
+            w = weights(drawn, order=p, debias=debias)
         return cls(drawn.points, w, drawn.design, order, debias)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -167,10 +173,12 @@ class SampleTable:
     def load(cls, path: str | os.PathLike[str]) -> SampleTable:
         """Open a table that :meth:`save` wrote; points and weights stay on disk, mapped into memory.
 
+        All of the file is read once, to compare its checksums, so that opening takes a time that grows with it.
+
         Parameters
         ----------
         path : str or path
-            The .npz file.
+            The .npz file, whose suffix may be left out, as in :meth:`save`.
 
         Returns
         -------
@@ -184,7 +192,7 @@ class SampleTable:
         ValueError
             The file is no table or is damaged.
         """
-        path = Path(path)
+        path = _npz(path)
         try:
             with zipfile.ZipFile(path) as archive, path.open("rb") as file:
                 mapped = {name: _map(archive, file, name + ".npy") for name in ("points", "weights")}
@@ -215,7 +223,7 @@ def kept_table(
 
 
 def make_file(
-    path: Path, design: str, *, n: int, d: int, sets: int, order: int, debias: str, rng: Rng
+    path: Path, design: str, *, n: int, d: int, sets: int, order: int | str, debias: str, rng: Rng
 ) -> dict[str, Any]:
     """Make a table and save it; the summary that ``voroquad table`` prints."""
     table = SampleTable.make(design, n, d, sets, order, debias, rng)
@@ -254,13 +262,16 @@ def _write_aligned(archive: zipfile.ZipFile, name: str, array: NDArray[Any]) -> 
 
 
 def _map(archive: zipfile.ZipFile, file: IO[bytes], name: str) -> NDArray[np.float64]:
-    """Map a stored member's array into memory."""
+    """Map a stored member's array into memory; ValueError where its bytes are not those that were written."""
     member = archive.getinfo(name)
     if member.compress_type != zipfile.ZIP_STORED:
         raise ValueError(f"{name} is compressed")
     file.seek(member.header_offset)
     name_length, extra_length = struct.unpack("<HH", file.read(_LOCAL_HEADER)[26:])
-    file.seek(member.header_offset + _LOCAL_HEADER + name_length + extra_length)
+    start = member.header_offset + _LOCAL_HEADER + name_length + extra_length
+    if zlib.crc32(np.memmap(file, np.uint8, "r", offset=start, shape=(member.file_size,)).data) != member.CRC:
+        raise ValueError(f"the checksum of {name} is wrong")
+    file.seek(start)
     version = np.lib.format.read_magic(file)
     if version != (1, 0):
         raise ValueError(f"{name} has version {version} of the .npy format")
