@@ -15,6 +15,7 @@ from .integrand import IntegrationWarning
 from .measures import PiecewiseUniform, ProductMeasure
 from .quadrature import QuadResult, quad
 from .samplers import SampleSet, sample
+from .sphere import sphere_points, sphere_weights
 from .tables import SampleTable
 from .weights import weights
 
@@ -32,5 +33,7 @@ __all__ = [
     "density_compensation",
     "quad",
     "sample",
+    "sphere_points",
+    "sphere_weights",
     "weights",
 ]
