@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
@@ -12,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from .integrand import IntegrationWarning
+from .integrand import warn
 
 Array = NDArray[np.float64]
 
@@ -26,6 +25,10 @@ class Estimate:
     n: int
     degrees_of_freedom: float
 
+    def times_two_to(self, power: NDArray[np.intc]) -> Estimate:
+        """That of the components times 2^power, (fields,)."""
+        return replace(self, mean=np.ldexp(self.mean, power), error=np.ldexp(self.error, power))
+
 
 @dataclass(frozen=True)
 class Tolerance:
@@ -35,17 +38,17 @@ class Tolerance:
     atol: float
 
     def excess(self, estimate: Estimate) -> float:
-        """Half the interval over what is allowed, of the worst component."""
+        """Half the interval over what is allowed, of the worst component; infinite where one is not a number."""
         half = float(stats.t.ppf(0.975, estimate.degrees_of_freedom)) * estimate.error
         allowed = np.maximum(self.atol, self.rtol * np.abs(estimate.mean))
-        ratio = np.divide(half, allowed, out=np.where(half > 0, np.inf, 0.0), where=allowed > 0)
+        ratio = np.divide(half, allowed, out=np.where(half == 0, 0.0, np.inf), where=allowed > 0)
         return float(np.nan_to_num(ratio, nan=np.inf).max())
 
 
 def tolerance(rtol: Any, atol: Any) -> Tolerance:
     """The tolerance that the arguments ask for; ValueError where one is no number of at least 0."""
     for name, value in (("rtol", rtol), ("atol", atol)):
-        if not isinstance(value, int | float | np.floating) or not 0 <= value < math.inf:
+        if not isinstance(value, int | float | np.integer | np.floating) or value is True or not 0 <= value < math.inf:
             raise ValueError(f"{name} must be a number of at least 0, got {value!r}")
     if rtol == 0 and atol == 0:
         raise ValueError("rtol and atol are both 0, which no error meets; give one, for example rtol=1e-6")
@@ -78,16 +81,17 @@ def refine(estimate: Callable[[int], Estimate], wanted: Tolerance, n: int, most:
         spent += trial.n
         excess = wanted.excess(trial)
         room = (most - spent) // 2
-        if excess <= 0.7 or room <= n:  # the last set's error may be a little larger
+        # The last set's error may be a little larger. No number of points mends an integral that is not finite
+        if excess <= 0.7 or room <= n or not np.isfinite(trial.mean).all():
             break
         growth = float(np.clip((excess / 0.5) ** (1 / (0.5 + 1 / dimension)), 2, 16))
         n = min(math.ceil(n * growth), room)
     last = estimate(min(n, most - spent))
-    if (missed := wanted.excess(last)) > 1:
-        warnings.warn(
+    if not np.isfinite(last.mean).all():
+        warn("the integral is not finite, so that no tolerance is met")
+    elif (missed := wanted.excess(last)) > 1:
+        warn(
             f"the 95 % interval is {missed:.3g} times as wide as the tolerance allows after {spent + last.n} "
-            f"evaluations of at most {most}; raise max_evaluations or the tolerance",
-            IntegrationWarning,
-            stacklevel=3,
+            f"evaluations of at most {most}; raise max_evaluations or the tolerance"
         )
     return replace(last, n=spent + last.n)
