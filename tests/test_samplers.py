@@ -1,10 +1,15 @@
+import math
+from functools import partial
+from itertools import combinations_with_replacement
+
 import numpy as np
 import pytest
 from scipy.stats import kstest, qmc
 
 import voroquad as vq
 from voroquad.multi_jittered import colours, offsets
-from voroquad.samplers import DESIGNS, _inside, grid_shape, stratum_index
+from voroquad.orthogonal import prime_power
+from voroquad.samplers import DESIGNS, _inside, grid_shape, largest_grid, largest_size, stratum_index
 
 
 @pytest.mark.parametrize("design", DESIGNS)
@@ -37,6 +42,24 @@ def test_sets_are_different_and_each_point_is_uniform(design):
 )
 def test_grid_shape_is_the_most_equal_factors(n, d, shape):
     assert grid_shape(n, d) == shape
+
+
+@pytest.mark.parametrize("d", [2, 3, 4, 6])
+def test_the_largest_grid_is_the_largest_there_is(d):
+    shapes = [k for k in combinations_with_replacement(range(1, 11), d) if k[-1] <= min(2 * k[0], k[0] + 2)]
+    for n in range(1, 2**d + 20):
+        assert math.prod(largest_grid(n, d)) == max(size for k in shapes if (size := math.prod(k)) <= n)
+    assert largest_grid(2**d - 1, d) == (1,) + (2,) * (d - 1)
+
+
+@pytest.mark.parametrize("design", [name for name in DESIGNS if name != "regular"])
+@pytest.mark.parametrize("n", [9, 13, 250, 251, 1004])
+def test_the_largest_size_is_one_that_the_design_has(design, n):
+    size = largest_size(design, n, 2)
+    assert size <= n
+    assert vq.sample(design, size, 2, rng=1).n == size
+    if design == "orthogonal":
+        assert size == max(q * q for q in range(2, n) if q * q <= n and prime_power(q))
 
 
 @pytest.mark.parametrize(("n", "d", "below", "above"), [(14, 2, 12, 15), (11, 2, 9, 12), (7, 3, 4, 8)])
@@ -111,7 +134,12 @@ def test_scipy_engines():
         (lambda: vq.sample("uniform", n=4, d=-1), "d must be a whole number"),
         (lambda: vq.sample("zero-two", n=4, d=3), "at most d = 2"),
         (lambda: vq.sample(qmc.Halton(2), n=4, d=3), "contradicts the engine's own d = 2"),
-        (lambda: vq.sample(qmc.Halton(2), n=4, sets=3), "pass the class"),
+        (
+            lambda: vq.sample(qmc.Halton(2), n=4, sets=3),
+            r"the class, sampler=qmc.Halton, .* functools.partial\(qmc.Halton",
+        ),
+        (lambda: vq.sample(partial(qmc.Sobol, scramble=False), n=4, d=2, sets=3), "two of 3 sets have the same points"),
+        (lambda: largest_size("orthogonal", 10, 5), "at least n = 16 samples in d = 5, and a set may have 10 only"),
         (lambda: vq.sample(qmc.PoissonDisk(2, radius=0.3, rng=1), n=100), "made 1?[0-9] points of the n = 100"),
         (lambda: vq.sample("uniform", n=4, rng=-1), "a seed must be at least 0"),
         (lambda: vq.SampleSet(np.full((4, 1), 0.5), "stratified"), "needs the strata"),

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import math
 import os
-import warnings
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
@@ -17,10 +16,10 @@ from scipy import stats
 
 from . import cross_fit, kriging_rules
 from ._checks import one_of, positive_int, thread_count
-from .integrand import Integrand, IntegrationWarning
+from .integrand import Integrand, warn
 from .leave_one_out import check_order, default_order, error_scale, fit_strata
 from .refinement import Estimate, refine, tolerance
-from .samplers import EngineFactory, Rng, grid_shape, sample
+from .samplers import DESIGNS, EngineFactory, Rng, as_generator, largest_grid, largest_size, sample
 from .weights import DEBIAS, RANDOMISED, weights
 
 Array = NDArray[np.float64]
@@ -87,18 +86,19 @@ def with_uncertainty(value: float, error: float) -> str:
     >>> with_uncertainty(2.666131, 0.000042), with_uncertainty(-12.3, 0.14), with_uncertainty(5231.0, 120.0)
     ('2.66613(4)', '-12.30(14)', '5230(120)')
     """
-    if not (math.isfinite(value) and math.isfinite(error)):
+    largest = max(abs(value), error)
+    if not math.isfinite(largest + error) or 0 < largest < 1e-300:
         return f"{value:.6g}({error:.2g})"
     if error <= 0:
         return f"{value:.15g}"
+    if not 1e-4 <= largest < 1e15:  # in scientific notation, both to the same power
+        power = math.floor(math.log10(largest))
+        return f"{with_uncertainty(value / 10.0**power, error / 10.0**power)}e{power:+03d}"
     # One digit of the error, two where the first is 1
     mantissa, exponent = f"{error:.1e}".split("e")
     digits = 1 - int(exponent) if mantissa.startswith("1") else -int(f"{error:.0e}".split("e")[1])
     if digits <= 0:
         return f"{round(value, digits):.0f}({round(error, digits):.0f})"
-    if max(abs(value), error) < 1e-4 or abs(value) >= 1e15:  # in scientific notation, both to the same power
-        power = math.floor(math.log10(max(abs(value), error)))
-        return f"{with_uncertainty(value / 10.0**power, error / 10.0**power)}e{power:+03d}"
     return f"{value:.{digits}f}({round(error * 10**digits):d})"
 
 
@@ -130,12 +130,17 @@ def quad(
         Lower and upper limits. They may be infinite. Where b < a the sign changes, as usual.
     n_points : int
         Largest number of evaluations of an estimate. A stratified set has the largest near-cubic
-        grid of at most that many strata; other samplers split them into four replicates where
-        n_estimates is 1.
+        grid of at most that many strata; other samplers split them into four replicates of the largest size
+        that they have where n_estimates is 1.
     n_estimates : int
-        Number of independent sets; the result is their mean, its error comes from their spread.
+        Number of independent sets; the result is their mean, its error comes from their spread. Of stratified
+        sets each has an estimate of its own. Sets of other samplers, so above d = 4, are the replicates of one
+        cross-fit, in place of the four: each is corrected by what the others predict. With two the error has a
+        single degree of freedom, and the 95 % interval is 12.7 standard errors to either side.
     sampler : str or callable
-        As :func:`voroquad.sample` has them. "auto" is "multi-jittered" for d ≤ 4 and "sobol" above.
+        A random one of :func:`voroquad.sample`: a name, or what makes an engine from ``(d, rng=)``, such as
+        ``qmc.Sobol`` or ``functools.partial(qmc.Sobol, bits=50)``, but no engine, which has one
+        set. "auto" is "multi-jittered" for d ≤ 4 and "sobol" above.
     order : int, "kriging" or "auto"
         Order of the rule. "auto" is a fixed function of the dimension and the number of points:
         :func:`voroquad.leave_one_out.default_order` for stratified and multi-jittered sets,
@@ -164,13 +169,14 @@ def quad(
     Raises
     ------
     ValueError
-        Limits that are no numbers; n_points < 1; a rule that does not exist; values of a wrong shape.
+        Limits that are no numbers; n_points < 1; a rule that does not exist; a sampler that is not random;
+        values of a wrong shape.
 
     Warns
     -----
     IntegrationWarning
-        func is not finite somewhere; or a single stratum makes up the error, so that the integrand
-        is not resolved.
+        func is not finite somewhere, and the integral is NaN; a single stratum makes up the error, so that the
+        integrand is not resolved; there are too few points for an error; a tolerance is not met.
 
     Notes
     -----
@@ -197,7 +203,8 @@ def quad(
     threads = thread_count(threads)
     one_of("debias", debias, DEBIAS)
     wanted = None if rtol is None and atol is None else tolerance(rtol or 0, atol or 0)
-    generator = np.random.default_rng(rng)
+    order = int(order) if isinstance(order, np.integer) else order
+    generator = as_generator(rng)
     with _workers(workers) as (spread, parts):
         integrand = Integrand(func, a, b, spread, parts)
         if isinstance(sampler, str) and sampler == "auto":
@@ -214,8 +221,10 @@ def quad(
         if wanted is None:
             found = estimate(n_points)
         else:
-            most = positive_int("max_evaluations", max_evaluations) // n_estimates
-            found = refine(estimate, wanted, n_points, most, integrand.d)
+            most = positive_int("max_evaluations", max_evaluations)
+            if most < n_estimates:
+                raise ValueError(f"max_evaluations must be at least n_estimates = {n_estimates}, got {most}")
+            found = refine(lambda n: estimate(n // n_estimates), wanted, n_points * n_estimates, most, integrand.d)
     return QuadResult(integrand.result(found.mean), integrand.result(found.error), found.n, found.degrees_of_freedom)
 
 
@@ -251,16 +260,16 @@ def _stratified(
             f"{math.prod(strata)}; take fewer, or order=1"
         )
     samples = sample(sampler, math.prod(strata), integrand.d, sets=sets, rng=rng)
-    values = _values(integrand, samples.points)
+    values, power = _values(integrand, samples.points)
     w, residuals = fit_strata(samples, p, threads, values)
     means = np.einsum("sn,sfn->sf", w, values)
     if sets > 1:
-        return _across_sets(means, samples.n)
+        return _across_sets(means, samples.n).times_two_to(power)
     _warn_if_unresolved(integrand, samples.points[0], values[0], residuals[0])
     corrections = error_scale(p, strata) * np.sqrt(np.square(residuals[0]).sum(axis=-1)) / samples.n
     rounding = ROUNDING * (np.abs(w[0]) * np.abs(values[0])).sum(axis=-1)
     error = np.hypot(corrections, rounding)
-    return Estimate(means[0], error, samples.n, math.inf)
+    return Estimate(means[0], error, samples.n, math.inf).times_two_to(power)
 
 
 def _replicates(
@@ -279,13 +288,20 @@ def _replicates(
     """
     if sets == 1 and n_points >= 2 * REPLICATES:
         sets, n_points = REPLICATES, n_points // REPLICATES
+    n_points = largest_size(sampler, n_points, integrand.d)
     samples = sample(sampler, n_points, integrand.d, sets=sets, rng=rng)
-    fits = sets > 1 and debias in ("auto", "cross-fit") and samples.design in RANDOMISED
+    if samples.design not in RANDOMISED:
+        raise ValueError(
+            f"sampler: the error is read off random sets of uniform points, and {samples.design!r} has none; "
+            f"choose one of {', '.join(name for name in DESIGNS if name in RANDOMISED)}"
+        )
+    values, power = _values(integrand, samples.points)
+    fits = sets > 1 and debias in ("auto", "cross-fit")
     scale = 1.0
     p = order if order != "auto" else cross_fit.default_order(sets * n_points, samples.d) if fits else 0
     if fits and p:
         shares = cross_fit.fit_replicates(samples.points, p, threads)
-        means = np.einsum("rsn,sfn->rf", shares, _values(integrand, samples.points))
+        means = np.einsum("rsn,sfn->rf", shares, values)
         scale = cross_fit.ERROR_SCALE
     else:
         plain = order == "auto" and debias == "auto"
@@ -294,45 +310,31 @@ def _replicates(
             if plain
             else weights(samples, order=p, debias=debias, threads=threads)
         )
-        means = np.einsum("sn,sfn->sf", w, _values(integrand, samples.points))
-    return _across_sets(means, n_points, scale)
+        means = np.einsum("sn,sfn->sf", w, values)
+    return _across_sets(means, n_points, scale).times_two_to(power)
 
 
-def _values(integrand: Integrand, points: Array) -> Array:
-    """Values (sets, fields, n) at points (sets, n, d), by one call."""
+def _values(integrand: Integrand, points: Array) -> tuple[Array, NDArray[np.intc]]:
+    """Values (sets, fields, n) at points (sets, n, d), by one call, in units of 2^power, (fields,).
+
+    The largest of a component lies between ½ and 1: no square of what a rule makes of it over- or underflows,
+    and since rules are linear and units powers of two, not a bit of the result depends on them.
+    """
     sets, n, d = points.shape
     values = integrand(points.reshape(-1, d))
-    return np.ascontiguousarray(values.reshape(-1, sets, n).swapaxes(0, 1))
+    _, power = np.frexp(np.abs(values).max(axis=1, initial=0, where=np.isfinite(values)))
+    values = np.ldexp(values, -power[:, None])
+    return np.ascontiguousarray(values.reshape(-1, sets, n).swapaxes(0, 1)), power
 
 
 def _across_sets(means: Array, n: int, scale: float = 1.0) -> Estimate:
     """Mean and `scale` times the standard error of independent estimates (sets, fields)."""
     sets = len(means)
-    error = scale * means.std(axis=0, ddof=1) / math.sqrt(sets) if sets > 1 else np.full(means.shape[1], np.nan)
-    return Estimate(means.mean(axis=0), error, sets * n, max(sets - 1, 1))
-
-
-def largest_grid(n: int, d: int) -> tuple[int, ...]:
-    """The grid of the most boxes, at most n, whose numbers along the axes differ by at most two.
-
-    Examples
-    --------
-    >>> from voroquad.quadrature import largest_grid
-    >>> largest_grid(1024, 2), largest_grid(1000, 3), largest_grid(2048, 4)
-    ((32, 32), (10, 10, 10), (6, 6, 7, 8))
-    """
-    k = math.floor(n ** (1 / d) + 1e-9)
-    if k == 1:
-        return (1,) * d
-    candidates = []
-    for least in (max(1, k - 1), k):
-        for twos in range(d + 1):
-            for ones in range(d - twos + 1):
-                shape = (least,) * (d - ones - twos) + (least + 1,) * ones + (least + 2,) * twos
-                if math.prod(shape) <= n and shape[-1] <= 2 * shape[0]:
-                    candidates.append(shape)
-    best = max(candidates, key=lambda shape: (math.prod(shape), shape[0]))
-    return grid_shape(math.prod(best), d)
+    if sets == 1:
+        warn(f"no error can be told from a single set of n = {n} points; take n_points ≥ {2 * REPLICATES}")
+        return Estimate(means[0], np.full(means.shape[1], np.nan), n, 1)
+    error = scale * means.std(axis=0, ddof=1) / math.sqrt(sets)
+    return Estimate(means.mean(axis=0), error, sets * n, sets - 1)
 
 
 def _warn_if_unresolved(integrand: Integrand, u: Array, values: Array, residuals: Array) -> None:
@@ -348,9 +350,7 @@ def _warn_if_unresolved(integrand: Integrand, u: Array, values: Array, residuals
     _, worst = np.unravel_index(np.argmax(share), share.shape)
     if share.max() > 0.5 and residuals.shape[1] >= 16:
         x, _ = integrand.pull_back(u[worst][:, None])
-        warnings.warn(
+        warn(
             f"one stratum, at x = {x[:, 0].tolist()}, makes up {share.max():.0%} of the error: the integrand is "
-            "not resolved there and the error bar is uncertain; use more points or split the box",
-            IntegrationWarning,
-            stacklevel=4,
+            "not resolved there and the error bar is uncertain; use more points or split the box"
         )

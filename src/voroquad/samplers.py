@@ -97,7 +97,8 @@ def sample(
         random digit scrambling, d ≤ 2. ``"orthogonal"``: orthogonal arrays of strength 2, evenly spread in
         each pair of coordinates, n = q² for q a prime or a power of one, d ≤ q + 1
         (:mod:`voroquad.orthogonal`). Or an engine of `scipy.stats.qmc`, which continues where it
-        stands, or an engine class or callable ``(d, rng=)`` that makes one per set.
+        stands, or an engine class or callable ``(d, rng=)`` that makes one per set, such as
+        ``functools.partial(qmc.LatinHypercube, strength=2)``.
     n : int
         Number of points of a set.
     d : int, optional
@@ -116,7 +117,7 @@ def sample(
     ------
     ValueError
         Unknown sampler; n < 1; an n that has no near-cubic grid (the message names the nearest
-        that have); zero-two above d = 2; several sets from one engine.
+        that have); zero-two above d = 2; several sets from one engine, or from engines that are not random.
 
     See Also
     --------
@@ -135,12 +136,17 @@ def sample(
     if isinstance(sampler, qmc.QMCEngine):
         return _from_engine(sampler, n, d, sets)
     d = 1 if d is None else positive_int("d", d)
-    generator = _generator(rng)
+    generator = as_generator(rng)
     if callable(sampler):
         # The design's name tells rules what they may assume: of SciPy's own classes only
         known = isinstance(sampler, type) and sampler.__module__.startswith("scipy.")
         design = sampler.__name__.lower() if known else "engine"
         points = np.stack([_engine_points(sampler(d, rng=r), n) for r in generator.spawn(batch)])
+        if len(np.unique(points.reshape(batch, -1), axis=0)) < batch:
+            raise ValueError(
+                f"sampler: two of {batch} sets have the same points, so they are not independent; "
+                "let the engine use the rng that it is given and scramble its points"
+            )
         return _finish(points, design, None, sets)
 
     one_of("sampler", sampler, DESIGNS)
@@ -149,7 +155,8 @@ def sample(
     return _finish(points, sampler, strata, sets)
 
 
-def _generator(rng: Rng) -> np.random.Generator:
+def as_generator(rng: Rng) -> np.random.Generator:
+    """The generator that a seed stands for."""
     if isinstance(rng, int | np.integer) and rng < 0:
         raise ValueError(f"rng: a seed must be at least 0, got {rng}")
     return np.random.default_rng(rng)
@@ -213,6 +220,51 @@ def _near_cubic(n: int, d: int) -> tuple[int, ...] | None:
     smallest = max(1, math.ceil((n / 2 ** (d - 1)) ** (1 / d) - 1e-9))
     near = [shape for shape in factors(n, d, smallest) if shape[-1] <= 2 * shape[0]]
     return min(near, key=lambda shape: shape[-1] / shape[0], default=None)
+
+
+def largest_grid(n: int, d: int) -> tuple[int, ...]:
+    """The grid of the most boxes, at most n, whose numbers along the axes differ by at most two.
+
+    Examples
+    --------
+    >>> from voroquad.samplers import largest_grid
+    >>> largest_grid(1024, 2), largest_grid(1000, 3), largest_grid(15, 4)
+    ((32, 32), (10, 10, 10), (1, 2, 2, 2))
+    """
+    k = math.floor(n ** (1 / d) + 1e-9)
+    candidates = []
+    for least in (max(1, k - 1), k):
+        for twos in range(d + 1):
+            for ones in range(d - twos + 1):
+                shape = (least,) * (d - ones - twos) + (least + 1,) * ones + (least + 2,) * twos
+                if math.prod(shape) <= n and shape[-1] <= 2 * shape[0]:
+                    candidates.append(shape)
+    best = max(candidates, key=lambda shape: (math.prod(shape), shape[0]))
+    return grid_shape(math.prod(best), d)
+
+
+def largest_size(sampler: str | EngineFactory, n: int, d: int) -> int:
+    """The most points, at most n, that a set of a sampler can have.
+
+    Raises ValueError where n is too small for any.
+
+    Examples
+    --------
+    >>> from voroquad.samplers import largest_size
+    >>> [largest_size(name, 250, 2) for name in ("stratified", "orthogonal", "sobol")]
+    [240, 169, 250]
+    """
+    if sampler in GRIDDED:
+        return math.prod(largest_grid(n, d))
+    if sampler == "orthogonal":
+        root = next((q for q in range(math.isqrt(n), d - 2, -1) if orthogonal.prime_power(q)), None)
+        if root is None:
+            raise ValueError(
+                f"an orthogonal array has at least n = {orthogonal.least(d)} samples in d = {d}, and a set may have "
+                f"{n} only; raise n_points"
+            )
+        return root**2
+    return n
 
 
 def stratum_index(points: NDArray[np.float64], strata: tuple[int, ...]) -> NDArray[np.intp]:
@@ -353,14 +405,15 @@ def _engine_points(engine: qmc.QMCEngine, n: int) -> NDArray[np.float64]:
 
 
 def _from_engine(engine: qmc.QMCEngine, n: int, d: int | None, sets: int | None) -> SampleSet:
-    if d is not None and d != engine.d:
-        raise ValueError(f"d = {d} contradicts the engine's own d = {engine.d}; drop d")
+    name = type(engine).__name__
     if sets is not None:
         raise ValueError(
-            "sets: one engine makes one set (its next points are not independent of the last); "
-            f"pass the class, for example sample(scipy.stats.qmc.{type(engine).__name__}, n, d, sets={sets})"
+            "sampler: one engine makes one set (its next points are not independent of the last); where there are "
+            f"several, pass the class, sampler=qmc.{name}, or with options functools.partial(qmc.{name}, ...)"
         )
-    return SampleSet(_engine_points(engine, n), type(engine).__name__.lower())
+    if d is not None and d != engine.d:
+        raise ValueError(f"d = {d} contradicts the engine's own d = {engine.d}; drop d")
+    return SampleSet(_engine_points(engine, n), name.lower())
 
 
 def _finish(points: NDArray[Any], design: str, strata: tuple[int, ...] | None, sets: int | None) -> SampleSet:
