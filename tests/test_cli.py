@@ -8,7 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 import pytest
 
+import voroquad as vq
 from voroquad import cli
+from voroquad.expression import compile_expression
 
 PROGRAM = [sys.executable, "-c", "from voroquad.cli import main; main()"]
 
@@ -86,14 +88,50 @@ def test_integrate_prints_a_value_with_its_uncertainty(voroquad):
 
 def test_integrate_says_where_a_formula_is_not_finite_and_prints_valid_json(voroquad):
     run = voroquad("integrate", "log(x)", "--bounds=-1:1", "--seed", 1, "--json")
-    assert "not finite at" in run.stderr
+    assert "the integrand is not finite at" in run.stderr
     assert json.loads(run.stdout)["integral"] is None
+
+
+@pytest.mark.parametrize("formula", ["-x", "-sin(x)", "-2*x", "-(x)"])
+def test_a_formula_may_begin_with_a_minus(voroquad, formula):
+    for arguments in ([formula, "--bounds", "-1:0"], ["-n100", "--bounds", "-1:0", "--", formula]):
+        run = voroquad("integrate", *arguments)
+        assert run.returncode == 0, run.stderr
+        assert float(run.stdout.split("(")[0]) > 0.4
+
+
+def test_integrate_passes_order_and_tolerance_on(voroquad):
+    shared = ["integrate", "exp(x)", "--bounds", "0:1", "--seed", 1, "--json"]
+    func = compile_expression("exp(x)", 1)
+    for options, expected in (
+        (["--order", "kriging"], vq.quad(func, 0, 1, order="kriging", rng=1)),
+        (["--order", 3], vq.quad(func, 0, 1, order=3, rng=1)),
+        (["-n", 8, "--rtol", 1e-6], vq.quad(func, 0, 1, n_points=8, rtol=1e-6, rng=1)),
+        (["-n", 8, "--atol", 1e-8], vq.quad(func, 0, 1, n_points=8, atol=1e-8, rng=1)),
+    ):
+        result = json.loads(voroquad(*shared, *options).stdout)
+        assert result["integral"] == expected.integral
+        assert result["n_evaluations"] == expected.n_evaluations
+    capped = voroquad(*shared, "-n", 8, "--atol", 1e-99, "--max-evaluations", 100)
+    assert json.loads(capped.stdout)["n_evaluations"] <= 100
+    assert "raise max_evaluations" in capped.stderr
+
+
+def test_weights_by_kriging(voroquad, tmp_path):
+    (tmp_path / "points.csv").write_text("0.1\n0.3\n0.8\n")
+    options = ["--order", "kriging", "--debias", "auto", "--design", "uniform"]
+    run = voroquad("weights", tmp_path / "points.csv", "-o", tmp_path / "out.csv", *options)
+    assert run.returncode == 0, run.stderr
+    expected = vq.weights(np.array([[0.1], [0.3], [0.8]]), order="kriging", debias="auto", design="uniform")
+    np.testing.assert_allclose(np.loadtxt(tmp_path / "out.csv", delimiter=",", skiprows=1)[:, 1], expected)
 
 
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (["x.real", "--bounds", "0:1"], "Attribute is not allowed"),
+        (["x.real", "--bounds", "0:1"], "'x.real' is not allowed"),
+        (["x", "--bounds", "0:1", "--order", "high"], "order must be a whole number from 0 to 8 for d = 1, 'kriging'"),
+        (["x", "--bounds", "0:1", "--rtol", "-1"], "rtol must be a number of at least 0"),
         (["__import__('os')", "--bounds", "0:1"], "no function"),
         (["x", "--bounds", "0-1"], "cannot read '0-1'"),
         (["x + q", "--bounds", "0:1"], "unknown name 'q'"),

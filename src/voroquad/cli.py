@@ -10,9 +10,10 @@ import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperCommand
 from typer.exceptions import TyperException
 
 from . import __version__
@@ -29,7 +30,18 @@ app = typer.Typer(
     pretty_exceptions_enable=False,
 )
 
+
+def _order(text: str) -> int | str:
+    try:
+        return int(text)
+    except ValueError:
+        return text
+
+
 Order = Annotated[int, typer.Option(help="Order of the rule; 0 is the Voronoi cell.")]
+AnyOrder = Annotated[
+    Any, typer.Option(parser=_order, metavar="ORDER", help="Order of the rule, a number, kriging or auto.")
+]
 Debias = Annotated[str, typer.Option(help="none, bias-function, exchange, leave-one-out, cross-fit or auto.")]
 Seed = Annotated[int, typer.Option(min=0, max=2**32 - 1, help="Seed of all random numbers.")]
 AsJson = Annotated[bool, typer.Option("--json", help="Print the result as JSON.")]
@@ -54,7 +66,7 @@ def voroquad(
 def weights(
     points: Annotated[Path, typer.Argument(help="CSV file: a point of the unit box per line.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="CSV file for the points and their weights.")],
-    order: Order = 0,
+    order: AnyOrder = 0,
     debias: Debias = "none",
     design: Annotated[str | None, typer.Option(help="How the points were drawn, where the rule must know.")] = None,
     as_json: AsJson = False,
@@ -69,11 +81,29 @@ def weights(
         print(f"{summary['n']} points in d = {summary['d']}, sum of weights {summary['sum']:.15g}: {output}")
 
 
-@app.command()
+class FormulaCommand(TyperCommand):
+    """A command whose argument is a formula, which may begin with a minus."""
+
+    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
+        """Read the arguments; of those with one minus, all but options of one letter are formulas or numbers."""
+        letters = {name for parameter in self.params for name in parameter.opts if len(name) == 2}
+
+        def is_formula(text: str) -> bool:
+            return text.startswith("-") and text[1:2] not in ("", "-") and text[:2] not in letters
+
+        # Behind a space a minus makes no option
+        return super().parse_args(ctx, [f" {text}" if is_formula(text) else text for text in args])
+
+
+@app.command(cls=FormulaCommand)
 def integrate(
     expression: Annotated[str, typer.Argument(help="Formula in x, y, z or x1, x2, …, such as 'exp(x) * (y < x)'.")],
     bounds: Annotated[str, typer.Option(help="Limits lower:upper of each variable, such as 0:1,-inf:2.")],
     n_points: Annotated[int, typer.Option("-n", "--n-points", help="Largest number of evaluations.")] = 1024,
+    order: AnyOrder = "auto",
+    rtol: Annotated[float | None, typer.Option(help="Refine until half the interval is so small beside |I|.")] = None,
+    atol: Annotated[float | None, typer.Option(help="Refine until half the interval is so small.")] = None,
+    max_evaluations: Annotated[int, typer.Option(help="At most, where --rtol or --atol refine.")] = 1_000_000,
     level: Annotated[float, typer.Option(help="Of the confidence interval.")] = 0.95,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of all random numbers.")] = None,
     as_json: AsJson = False,
@@ -85,7 +115,10 @@ def integrate(
     a, b = parse_bounds(bounds)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
-        result = quad(compile_expression(expression, len(a)), a, b, n_points=n_points, rng=seed)
+        func = compile_expression(expression, len(a))
+        result = quad(
+            func, a, b, n_points=n_points, order=order, rtol=rtol, atol=atol, max_evaluations=max_evaluations, rng=seed
+        )
         interval = result.confidence_interval(level)
     for warning in caught:
         print(f"voroquad: {warning.message}", file=sys.stderr)
@@ -191,7 +224,7 @@ def table(
     sets: Annotated[int, typer.Option(help="Number of sets.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="File to write (.npz).")],
     d: Annotated[int, typer.Option("-d", help="Dimension.")] = 2,
-    order: Order = 0,
+    order: AnyOrder = 0,
     debias: Debias = "none",
     seed: Seed = 0,
     as_json: AsJson = False,

@@ -84,16 +84,16 @@ def compile_expression(text: str, d: int) -> Callable[[Array], Array]:
         raise ValueError(f"expression: at most {LONGEST} characters, got {len(text)}")
     if _nesting(text) > DEEPEST:
         raise ValueError(f"expression: brackets nested more than {DEEPEST} deep")
+    source = text.strip().replace("^", "**")
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter(
-                "ignore", SyntaxWarning
-            )  # what Python finds doubtful is refused or means what it says
-            tree = ast.parse(text.strip().replace("^", "**"), mode="eval").body
+            # What Python finds doubtful is refused or means what it says
+            warnings.simplefilter("ignore", SyntaxWarning)
+            tree = ast.parse(source, mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         why = _short(error.msg, 100) if isinstance(error, SyntaxError) else type(error).__name__
         raise ValueError(f"expression: cannot read {_short(text)!r}: {why}; write it as 2*x + sin(pi*x)") from None
-    values = _translate(tree, _variables(d), DEEPEST)
+    values = _translate(tree, source, _variables(d), DEEPEST)
 
     def evaluate(x: Array) -> Array:
         with np.errstate(all="ignore"):  # the integrator reports values that are not finite
@@ -126,13 +126,13 @@ def _variables(d: int) -> dict[str, int]:
     return names | dict(zip("xyz", range(d), strict=False)) if d <= 3 else names
 
 
-def _translate(node: ast.AST, variables: dict[str, int], depth: int) -> Values:
-    """The node as a function of points (d, n)."""
+def _translate(node: ast.expr, source: str, variables: dict[str, int], depth: int) -> Values:
+    """The node of a source text as a function of points (d, n)."""
     if depth == 0:
         raise ValueError(f"expression: operations nested more than {DEEPEST} deep")
 
-    def sub(child: ast.AST) -> Values:
-        return _translate(child, variables, depth - 1)
+    def sub(child: ast.expr) -> Values:
+        return _translate(child, source, variables, depth - 1)
 
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
@@ -181,9 +181,8 @@ def _translate(node: ast.AST, variables: dict[str, int], depth: int) -> Values:
             raise ValueError(f"expression: no function {_short(name)!r} of that many arguments; there are {known}")
     if isinstance(node, ast.BoolOp):
         raise ValueError("expression: write (x < y) * (y < 1) for 'and', max(x < y, y < 1) for 'or'")
-    raise ValueError(
-        f"expression: {type(node).__name__} is not allowed; use numbers, variables, + - * / % ** < > and functions"
-    )
+    part = _short(ast.get_source_segment(source, node) or source)
+    raise ValueError(f"expression: {part!r} is not allowed; use numbers, variables, + - * / % ** < > and functions")
 
 
 def _all_hold(compared: list[Callable[[Any, Any], Any]], values: list[Any]) -> Array:
