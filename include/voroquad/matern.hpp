@@ -37,15 +37,15 @@ public:
             for (std::size_t j = 0; j < i; ++j) k[j * n_ + i] = k[i * n_ + j];
     }
 
-    // Σ_i k(at_i, x_j) for each of the points x_j; `at` are (m, d).
-    std::vector<double> sums(const double *at, std::size_t m) const {
-        std::vector<double> total(n_), one(n_), sum(n_), x(d_);
-        for (std::size_t i = 0; i < m; ++i) {
-            for (std::size_t a = 0; a < d_; ++a) x[a] = scale_ * at[i * d_ + a];
-            row(x.data(), n_, sum.data(), one.data());
-            for (std::size_t j = 0; j < n_; ++j) total[j] += one[j];
-        }
-        return total;
+    // The matrix (m, n) of k between other points and these; `at` are (m, d).
+    void between(const double *at, std::size_t m, double *k, unsigned threads) const {
+        parallel_for(m, 32, threads, [&](std::size_t begin, std::size_t end, unsigned) {
+            std::vector<double> sum(n_), x(d_);
+            for (std::size_t i = begin; i < end; ++i) {
+                for (std::size_t a = 0; a < d_; ++a) x[a] = scale_ * at[i * d_ + a];
+                row(x.data(), n_, sum.data(), k + i * n_);
+            }
+        });
     }
 
 private:

@@ -19,13 +19,14 @@ Array<double> matern_matrix(Points points, double length, unsigned threads) {
     return own(std::move(k), {n, n});
 }
 
-Array<double> matern_sums(Points points, Points at, double length) {
-    const std::size_t n = points.shape(0), d = points.shape(1);
-    std::vector<double> total = [&] {
+Array<double> matern_between(Points at, Points points, double length, unsigned threads) {
+    const std::size_t m = at.shape(0), n = points.shape(0), d = points.shape(1);
+    std::vector<double> k(m * n);
+    {
         nb::gil_scoped_release release;
-        return MaternCovariance(points.data(), n, d, length).sums(at.data(), at.shape(0));
-    }();
-    return own(std::move(total), {n});
+        MaternCovariance(points.data(), n, d, length).between(at.data(), m, k.data(), threads);
+    }
+    return own(std::move(k), {m, n});
 }
 
 } // namespace
@@ -33,6 +34,6 @@ Array<double> matern_sums(Points points, Points at, double length) {
 void bind_kriging(nb::module_ &m) {
     m.def("matern_matrix", &matern_matrix, "points"_a, "length"_a, "threads"_a,
           "The covariances (n, n) between points (n, d).");
-    m.def("matern_sums", &matern_sums, "points"_a, "at"_a, "length"_a,
-          "The sums (n,) over points (m, d) `at` of their covariances with points (n, d).");
+    m.def("matern_between", &matern_between, "at"_a, "points"_a, "length"_a, "threads"_a,
+          "The covariances (m, n) between points (m, d) `at` and points (n, d).");
 }

@@ -21,14 +21,6 @@ SAMPLES_PER_TERM = 2.4
 ERROR_SCALE = 1.3
 
 
-def default_order(n: int, d: int) -> int | str:
-    """The order that :func:`voroquad.quad` takes for replicates of n points in all.
-
-    Kriging; in up to four dimensions order 2 where it could use but a part of so many points.
-    """
-    return 2 if n > kriging_rules.MOST and d <= 4 else "kriging"
-
-
 def fit_replicates(points: Array, order: int | str, threads: int) -> Array:
     """What the values of each replicate count in the estimate of each replicate.
 

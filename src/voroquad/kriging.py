@@ -56,13 +56,13 @@ class Model:
     noise: float
 
 
-def model(n: int, d: int, spacing: float | None = None) -> Model:
-    """The model for n samples in d dimensions, `spacing` apart; by default n^(−1/d), which fills the unit box.
+def model(n: int, d: int) -> Model:
+    """The model for n samples in d dimensions.
 
-    A variance of (spacing / length)⁷ is what the samples are too far apart to resolve; that of the noise is
-    :data:`NOISE` times as much.
+    With n^(−1/d) between samples, a variance of (n^(−1/d) / length)⁷ is what they are too far apart to resolve; that of
+    the noise is :data:`NOISE` times as much.
     """
-    spacing = spacing or n ** (-1 / d)
+    spacing = n ** (-1 / d)
     length = min(PART, SPACINGS * spacing)
     degree = next(p for p in range(DRIFT, -1, -1) if p == 0 or SAMPLES_PER_TERM * math.comb(p + d, d) <= n)
     return Model(degree, length, NOISE.get(d, NOISE_ELSEWHERE) * (spacing / length) ** 7)
@@ -85,6 +85,11 @@ class Measures:
     covariances: Array  # (measures, n)
     drift: Array  # (measures, terms)
 
+    def take_away(self, which: int, others: Measures) -> None:
+        """Subtract the sum of others from one of these."""
+        self.covariances[which] -= others.covariances.sum(axis=0)
+        self.drift[which] -= others.drift.sum(axis=0)
+
 
 class Kriging:
     """The prediction from values f at the samples: k(y, X) B f, plus the drift with the coefficients C f.
@@ -94,11 +99,10 @@ class Kriging:
     points : ndarray, (n, d) or (sets, n, d)
         The samples; of several sets, each predicts from its own. All results then have one axis more, the first.
     assumed : Model
-        What is assumed; the degree of the drift is lowered if the samples of one of the sets do not determine it.
-    box : tuple of ndarray, (d,)
-        Lower and upper corner of a box around the samples, to which the drift's polynomials are scaled.
+        What is assumed. The degree of the drift is lowered if the samples of one of the sets do not determine it, as
+        where most of them coincide; a dozen samples per term, drawn by any design, do.
     threads : int
-        Number of threads that fill the covariance matrix.
+        Number of threads that fill matrices of covariances.
 
     Notes
     -----
@@ -107,8 +111,8 @@ class Kriging:
         half = L⁻¹ Aᵀ K⁻¹ ,   C = L^−ᵀ half ,   B = K⁻¹ − halfᵀ half = K⁻¹ (1 − A C) .
     """
 
-    def __init__(self, points: Array, assumed: Model, box: tuple[Array, Array], threads: int = 1):
-        self.points, self.length, self._box = points, assumed.length, box
+    def __init__(self, points: Array, assumed: Model, threads: int = 1):
+        self.points, self.length, self._threads = points, assumed.length, threads
         n, d = points.shape[-2:]
         inverse = np.empty((points.size // (n * d), n, n))
         for one, x in zip(inverse, points.reshape(-1, n, d), strict=True):
@@ -140,19 +144,23 @@ class Kriging:
         for a, axis in enumerate(axes):
             share = (np.arange(axis.parts)[:, None] == axis.part).astype(np.float64)
             along = share @ _matern_means(self.points[..., None, :, a], axis.low, axis.high, self.length)
-            terms = share @ _legendre_means(self._scaled(a, axis.low), self._scaled(a, axis.high), self._degree)
+            terms = share @ _legendre_means(2 * axis.low - 1, 2 * axis.high - 1, self._degree)
             covariances = (covariances[..., :, None, :] * along[..., None, :, :]).reshape(*sets, -1, n)
             drift = (drift[:, None] * terms[:, self._powers[:, a]]).reshape(-1, drift.shape[1])
         return Measures(covariances, drift)
 
     def at_points(self, points: Array) -> Measures:
-        """Of the measure with mass 1 at each of the points (m, d); of one set only."""
-        sums = _core.matern_sums(self.points, np.ascontiguousarray(points), self.length)
-        return Measures(sums[None], self._terms(points).sum(axis=0)[None])
+        """Of the measures with mass 1 at one of the points (m, d); of one set only."""
+        covariances = _core.matern_between(np.ascontiguousarray(points), self.points, self.length, self._threads)
+        return Measures(covariances, self._terms(points))
 
     def integrals(self, measures: Measures) -> Array:
         """What each value counts (measures, n) in the integrals of the prediction."""
         return self.apply(measures.covariances) + measures.drift @ self._drift
+
+    def integrate(self, measures: Measures, values: Array) -> Array:
+        """The integrals (fields, measures) of the predictions from values (fields, n)."""
+        return self.apply(values) @ measures.covariances.mT + values @ self._drift.mT @ measures.drift.mT
 
     def leave_out(self, group: Indices, right: Array) -> Array:
         """B_cc^−1 applied to the entries of each group c, in each row of `right` (m, n).
@@ -172,13 +180,9 @@ class Kriging:
     def _degree(self) -> int:
         return int(self._powers.max(initial=0))
 
-    def _scaled(self, axis: int, x: Array) -> Array:
-        low, high = self._box[0][axis], self._box[1][axis]
-        return (2 * x - low - high) / (high - low)
-
     def _terms(self, points: Array) -> Array:
         """The drift's polynomials at points (..., d): (..., terms)."""
-        factors = [_legendre(self._scaled(a, points[..., a]), self._degree) for a in range(points.shape[-1])]
+        factors = [_legendre(2 * points[..., a] - 1, self._degree) for a in range(points.shape[-1])]
         return reduce(np.multiply, (f[..., self._powers[:, a]] for a, f in enumerate(factors)))
 
 
@@ -234,4 +238,5 @@ def _legendre_means(low: Array, high: Array, degree: int) -> Array:
 @lru_cache(maxsize=64)
 def _powers(d: int, degree: int) -> Indices:
     """The degrees (terms, d) along each axis of the products of total degree at most `degree`."""
-    return np.array([p for p in itertools.product(range(degree + 1), repeat=d) if sum(p) <= degree], dtype=np.intp)
+    of_degree = (itertools.combinations_with_replacement(range(d), p) for p in range(degree + 1))
+    return np.array([[axes.count(a) for a in range(d)] for axes in itertools.chain.from_iterable(of_degree)], np.intp)

@@ -11,90 +11,31 @@ samples and y_c = B_cc^−1 (1 − v_c): docs/theory.md, (23) and (24).
 
 from __future__ import annotations
 
-import itertools
 import math
-from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
-from functools import reduce
+from collections.abc import Iterator
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.stats import qmc
 
+from ._blas import one_blas_thread
 from .kriging import Intervals, Kriging, Measures, model
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
-#: Samples that one prediction takes at most; its cost grows with their cube.
+#: Samples that one prediction takes at most; its cost grows with their cube. The others only correct it.
 MOST = 2048
+
+#: Period of the colours of strata that are independent, but too many for one prediction.
+COLOURS_OF_MANY = 2
 
 #: Covariances of sets that are predicted together.
 TOGETHER = 2**18
 
-#: Larger grids are predicted window by window. By dimension: strata along an axis that a window corrects
-#: at most, and by how many it reaches beyond them on either side.
-WINDOWS = {1: (128, 16), 2: (16, 4), 3: (6, 1), 4: (2, 1)}
 
-
-def covers(strata: tuple[int, ...]) -> bool:
-    """Whether a grid can be predicted, in one window or in several."""
-    return math.prod(strata) <= MOST or len(strata) in WINDOWS
-
-
-@dataclass(frozen=True)
-class Window:
-    """A box of strata: their indices along each axis, and those of the strata that are corrected in it."""
-
-    strata: tuple[int, ...]
-    inside: Sequence[Indices]
-    corrected: Sequence[Indices]
-
-    def members(self) -> Indices:
-        """The numbers of its strata, in C order."""
-        return np.ravel_multi_index(np.ix_(*self.inside), self.strata).ravel()
-
-    def to_correct(self) -> NDArray[np.bool_]:
-        """Which of its strata are corrected."""
-        chosen = [np.isin(inside, c) for inside, c in zip(self.inside, self.corrected, strict=True)]
-        return np.asarray(reduce(np.logical_and.outer, chosen)).ravel()
-
-    def box(self) -> tuple[Array, Array]:
-        """Its lower and upper corner."""
-        k = np.asarray(self.strata)
-        return np.array([i[0] for i in self.inside]) / k, np.array([i[-1] + 1 for i in self.inside]) / k
-
-    def groups(self, period: int) -> tuple[Indices, list[Intervals]]:
-        """The colour of each of its strata, and the distributions of the samples to correct, by colour."""
-        parts = [period or len(i) for i in self.inside]
-        first = [0 if period else i[0] for i in self.inside]
-        colour = [(i - low) % q for i, low, q in zip(self.inside, first, parts, strict=True)]
-        axes = [
-            Intervals(c / k, (c + 1) / k, (c - low) % q, q)
-            for c, k, low, q in zip(self.corrected, self.strata, first, parts, strict=True)
-        ]
-        return np.ravel_multi_index(np.ix_(*colour), parts).ravel(), axes
-
-
-def windows(strata: tuple[int, ...]) -> Iterator[Window]:
-    """The windows of a grid; each stratum is corrected in one of them.
-
-    Examples
-    --------
-    >>> from voroquad.kriging_rules import windows
-    >>> len(list(windows((8, 8, 8)))), len(list(windows((18, 18, 18))))
-    (1, 27)
-    """
-    whole = [np.arange(k) for k in strata]
-    if math.prod(strata) <= MOST:
-        yield Window(strata, whole, whole)
-        return
-    patch, margin = WINDOWS[len(strata)]
-    width = [min(patch + 2 * margin, k) for k in strata]
-    for corrected in itertools.product(*(np.array_split(axis, -(-len(axis) // patch)) for axis in whole)):
-        low = [min(max(c[0] - margin, 0), k - w) for c, k, w in zip(corrected, strata, width, strict=True)]
-        yield Window(strata, [np.arange(i, i + w) for i, w in zip(low, width, strict=True)], corrected)
-
-
+@one_blas_thread
 def krige_strata(
     points: Array, strata: tuple[int, ...], period: int, values: Array, threads: int
 ) -> tuple[Array, Array]:
@@ -123,28 +64,73 @@ def krige_strata(
     sets, n, d = points.shape
     if n == 1:  # nothing to predict from
         return np.ones((sets, 1)), values
-    weights, residuals = np.zeros((sets, n)), np.empty_like(values)
-    for window in windows(strata):
-        members, chosen = window.members(), window.to_correct()
-        group, axes = window.groups(period)
-        assumed = model(len(members), d, n ** (-1 / d))
-        for batch in _batches(sets, len(members)):
-            kriging = Kriging(points[batch][:, members], assumed, window.box(), threads)
-            integrals = kriging.integrals(kriging.over_boxes(axes))
-            missing = chosen - integrals[:, None, group, np.arange(len(group))]
-            predicted = kriging.apply(values[batch][..., members])
-            solved = kriging.leave_out(group, np.concatenate([missing, predicted], axis=1))
-            weights[batch, members] += (integrals.sum(axis=1) + kriging.apply(solved[:, :1])[:, 0]) / n
-            residuals[batch, :, members[chosen]] = solved[:, 1:, chosen]
+    weights, residuals = np.full((sets, n), 1 / n), np.empty_like(values)
+    members = predicting(strata)
+    others = np.setdiff1d(np.arange(n), members)
+    colour, axes = _colours(strata, period or (COLOURS_OF_MANY if len(others) else 0))
+    group, assumed = colour[members], model(len(members), d)
+    for one in _batches(sets, len(members)) if len(others) == 0 else range(sets):
+        f = values[one]
+        kriging = Kriging(points[one][..., members, :], assumed, threads)
+        left_out = kriging.leave_out(group, kriging.apply(f[..., members]))
+        residuals[one][..., members] = left_out
+        measures = kriging.over_boxes(axes)
+        for c in np.unique(colour[others]):
+            # Samples that predict nothing are subtracted from what their colour's prediction is integrated over
+            known = f[..., members] - np.where(group == c, left_out, 0.0)
+            for some in _pieces(others[colour[others] == c]):
+                at = kriging.at_points(points[one][some])
+                residuals[one][..., some] = f[..., some] - kriging.integrate(at, known)
+                measures.take_away(c, at)
+        integrals = kriging.integrals(measures)
+        missing = 1 - integrals[..., group, np.arange(len(group))]
+        y = kriging.leave_out(group, missing[..., None, :])
+        weights[one][..., members] = (integrals.sum(axis=-2) + kriging.apply(y)[..., 0, :]) / n
     return weights, residuals
 
 
+def predicting(strata: tuple[int, ...]) -> Indices:
+    """The strata whose samples predict: all, or :data:`MOST` of them, those that a Halton sequence meets first.
+
+    Examples
+    --------
+    >>> from voroquad.kriging_rules import predicting
+    >>> len(predicting((8, 8, 8))), len(predicting((16, 16, 16)))
+    (512, 2048)
+    """
+    n = math.prod(strata)
+    if n <= MOST:
+        return np.arange(n)
+    met = qmc.Halton(len(strata), scramble=False).random(16 * MOST) * strata
+    numbers = np.ravel_multi_index(tuple(met.astype(np.intp).T), strata)
+    first = np.sort(np.unique(numbers, return_index=True)[1])[:MOST]
+    return np.sort(numbers[first])
+
+
+def _colours(strata: tuple[int, ...], period: int) -> tuple[Indices, list[Intervals]]:
+    """The colour (n,) of each stratum, and the distributions of the samples, by colour.
+
+    Colours are the indices modulo the period; without one, each stratum has its own.
+    """
+    parts = [period or k for k in strata]
+    along = [np.arange(k) for k in strata]
+    axes = [Intervals(i / k, (i + 1) / k, i % q, q) for i, k, q in zip(along, strata, parts, strict=True)]
+    grid = np.meshgrid(*(axis.part for axis in axes), indexing="ij")
+    return np.ravel_multi_index(tuple(part.ravel() for part in grid), parts), axes
+
+
+def _pieces(points: NDArray[Any]) -> list[NDArray[Any]]:
+    """So few points at a time that their covariances with the samples take little memory."""
+    return np.array_split(points, max(1, -(-len(points) // MOST)))
+
+
+@one_blas_thread
 def krige_independent(points: Array, threads: int) -> Array:
     """Leave-one-out of independent uniform samples (sets, n, d): weights (sets, n), each set's sum to 1."""
     sets, n, d = points.shape
     weights = np.ones((sets, n))
     for batch in _batches(sets, n) if n > 1 else ():
-        kriging = Kriging(points[batch], model(n, d), _unit_box(d), threads)
+        kriging = Kriging(points[batch], model(n, d), threads)
         integral = kriging.integrals(kriging.over_boxes([_WHOLE_AXIS] * d))
         y = kriging.leave_out(np.arange(n), 1 - integral)
         weights[batch] = (integral + kriging.apply(y) / n)[:, 0]
@@ -157,6 +143,7 @@ def _batches(sets: int, n: int) -> Iterator[slice]:
     return (slice(first, first + size) for first in range(0, sets, size))
 
 
+@one_blas_thread
 def krige_replicates(points: Array, threads: int) -> Array:
     """Cross-fit of independent replicates (sets, n, d).
 
@@ -167,12 +154,12 @@ def krige_replicates(points: Array, threads: int) -> Array:
     sets, n, d = points.shape
     predicting, first = min(sets, MOST), min(n, max(1, MOST // sets))
     samples = points[:predicting, :first].reshape(-1, d)
-    kriging = Kriging(samples, model(len(samples), d), _unit_box(d), threads)
+    kriging = Kriging(samples, model(len(samples), d), threads)
     box = kriging.over_boxes([_WHOLE_AXIS] * d)
-    at = [kriging.at_points(x[first if r < predicting else 0 :]) for r, x in enumerate(points)]
-    rest = Measures(
-        n * box.covariances - np.vstack([x.covariances for x in at]), n * box.drift - np.vstack([x.drift for x in at])
-    )
+    rest = Measures(np.repeat(n * box.covariances, sets, axis=0), np.repeat(n * box.drift, sets, axis=0))
+    for r, x in enumerate(points):
+        for some in _pieces(x[first if r < predicting else 0 :]):
+            rest.take_away(r, kriging.at_points(some))
     integrals = kriging.integrals(rest)
     group = np.repeat(np.arange(predicting), first)
     (y,) = kriging.leave_out(group, 1 - integrals[group, np.arange(len(group))][None])
@@ -182,10 +169,6 @@ def krige_replicates(points: Array, threads: int) -> Array:
     shares[np.arange(sets), np.arange(sets)] = 1 / n
     shares[:, :predicting, :first] = integrals.reshape(sets, predicting, first) / n
     return shares
-
-
-def _unit_box(d: int) -> tuple[Array, Array]:
-    return np.zeros(d), np.ones(d)
 
 
 #: The uniform distribution on [0, 1]

@@ -21,7 +21,7 @@ HIGHEST_ORDER = {1: 8, 2: 8, 3: 8} | dict.fromkeys(range(4, 9), 3)
 FEWEST_PER_TERM = 1.5
 
 #: Default order on a line and in the plane: the first entry whose least number of strata along an axis is
-#: reached. Grids of the plane that one kriging takes, and more dimensions, are left to kriging.
+#: reached. All else is left to kriging.
 DEFAULT_ORDERS = {
     1: ((96, 8), (48, 6), (16, 4), (8, 2), (4, 1), (1, 0)),
     2: ((34, 8),),
@@ -99,7 +99,7 @@ def default_order(strata: tuple[int, ...]) -> int | str:
     for least, order in DEFAULT_ORDERS.get(len(strata), ()):
         if min(strata) >= least:
             return order
-    return "kriging" if kriging_rules.covers(strata) else 1
+    return "kriging"
 
 
 def error_scale(order: int | str, strata: tuple[int, ...]) -> float:

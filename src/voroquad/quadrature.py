@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from . import cross_fit, kriging_rules
+from . import cross_fit
 from ._checks import one_of, positive_int, thread_count
 from .integrand import Integrand, warn
 from .leave_one_out import check_order, default_order, error_scale, fit_strata
@@ -254,11 +254,6 @@ def _stratified(
     """Leave-one-out on `sets` sets of one sample per stratum."""
     strata = largest_grid(n_points, integrand.d)
     p = default_order(strata) if order == "auto" else order
-    if p == "kriging" and not kriging_rules.covers(strata):
-        raise ValueError(
-            f"n_points: kriging takes at most {kriging_rules.MOST} strata in d = {integrand.d}, got "
-            f"{math.prod(strata)}; take fewer, or order=1"
-        )
     samples = sample(sampler, math.prod(strata), integrand.d, sets=sets, rng=rng)
     values, power = _values(integrand, samples.points)
     w, residuals = fit_strata(samples, p, threads, values)
@@ -298,7 +293,7 @@ def _replicates(
     values, power = _values(integrand, samples.points)
     fits = sets > 1 and debias in ("auto", "cross-fit")
     scale = 1.0
-    p = order if order != "auto" else cross_fit.default_order(sets * n_points, samples.d) if fits else 0
+    p = order if order != "auto" else "kriging" if fits else 0
     if fits and p:
         shares = cross_fit.fit_replicates(samples.points, p, threads)
         means = np.einsum("rsn,sfn->rf", shares, values)
