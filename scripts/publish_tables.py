@@ -73,7 +73,7 @@ DECISIONS: dict[str, tuple[tuple[int, str, str], ...]] = {
         (2, "stratified", "Voronoi cells"),
         (2, "sobol", "Voronoi cells"),
     ),
-    "the choice of samples; a bias matters (`vq.quad`)": (
+    "the choice of samples; a bias matters": (
         (1, "stratified", "leave-one-out, order 2"),
         (2, "multi-jittered", "leave-one-out, order 3"),
         (2, "stratified", "leave-one-out, order 0"),

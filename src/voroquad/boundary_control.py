@@ -1,4 +1,4 @@
-"""Voronoi weights without bias and with Σ w = 1: leave-one-out of order 0 (docs/theory.md, (13) to (15))."""
+"""Voronoi weights without bias and with Σ w = 1: leave-one-out of order 0 (docs/theory.md, (14) to (16))."""
 
 from __future__ import annotations
 

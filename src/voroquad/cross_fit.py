@@ -44,7 +44,7 @@ def fit_replicates(points: Array, order: int | str, threads: int) -> Array:
 
         Î_r = ∫ f̂_(r) + (1/n) Σ_i [ f(x_ri) − f̂_(r)(x_ri) ].
 
-    f̂_(r) is independent of replicate r, hence no bias (docs/theory.md, (17)). Where it is not by
+    f̂_(r) is independent of replicate r, hence no bias (docs/theory.md, (22)). Where it is not by
     kriging, it is a polynomial in each of about as many equal boxes as it has samples, fitted to those nearest to the
     box's centre; so ∫ f̂_(r) is exact.
     """

@@ -3,7 +3,7 @@
 The integrand is modelled as a polynomial of degree p, the drift, plus a Gaussian process with the covariance
 k(x, y) = Π_a M(|x_a − y_a|) and white noise of variance τ². The best linear prediction from the samples is
 linear in the values, knows the positions only, and its integral over boxes is exact. The model decides how
-good a prediction is, never whether the estimate is unbiased (docs/theory.md, (21) to (24)).
+good a prediction is, never whether the estimate is unbiased (docs/theory.md, (18) to (21)).
 """
 
 from __future__ import annotations

@@ -6,7 +6,7 @@ With f̂^(−c) predicted from the samples of all groups but c, and μ_c the sum
 
 has the mean 1/N Σ_c ∫ f dμ_c = ∫ f, whatever the prediction. A group is a colour of strata, an independent
 sample, or a replicate. As weights, w = 1/N (Σ_c v_c + B y), with v_c the integrals of the prediction from all
-samples and y_c = B_cc^−1 (1 − v_c): docs/theory.md, (23) and (24).
+samples and y_c = B_cc^−1 (1 − v_c): docs/theory.md, (20) and (21).
 """
 
 from __future__ import annotations

@@ -4,7 +4,7 @@ Colour each stratum by its index modulo a period q on each axis. Points of diffe
 independent. Those of one colour are a multi-jittered set (Chiu, Shirley and Wang 1994), in any dimension:
 in each slab of strata along an axis, their coordinates along that axis are a Latin arrangement. A rule that
 corrects each sample by a fit to others of different colours is as unbiased as with independent points
-(docs/theory.md, (20)), and an edge across a slab costs it the variance of one sample in place of many.
+(docs/theory.md, (13)), and an edge across a slab costs it the variance of one sample in place of many.
 """
 
 from __future__ import annotations

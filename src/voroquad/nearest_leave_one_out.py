@@ -33,7 +33,7 @@ def leave_one_out(points: Array, order: int, threads: int) -> Array:
 
         Î = 1/n Σ_i [ f(x_i) − f̂^(−i)(x_i) + ∫ f̂^(−i) ]
 
-    is unbiased (docs/theory.md, (16)). f̂ is a polynomial in each of about n equal boxes, fitted to the k samples
+    is unbiased (docs/theory.md, (17)). f̂ is a polynomial in each of about n equal boxes, fitted to the k samples
     nearest to the box's centre, with weights that end at the next one. So f̂^(−i) differs from f̂ in those
     boxes alone that have x_i among their k + 1 nearest, where the (k + 2)nd stands in for it.
     """
