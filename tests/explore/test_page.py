@@ -105,7 +105,7 @@ def test_drag_type_and_copy(open_page):
     alert.wait_for()
     assert (
         alert.inner_text()
-        == "expression: 'x.real' is not allowed; use numbers, variables, + - * / % ** < > and functions"
+        == "expression: 'x.__class__' is not allowed; use numbers, variables, + - * / % ** < > and functions"
     )
     assert shown(page) == moved
 
