@@ -12,14 +12,13 @@ from dataclasses import dataclass
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
-from .blend import checkerboard, strips
-
-Floats = NDArray[np.float64]
+from .blend import Floats, checkerboard, of_own_half, strips
 
 #: Rays of a run at most: it must divide the rays that a thread takes at a time (2^14), and keep rounding low
 _LONGEST_RUN = 2**10
+#: Values that Dr.Jit adds side by side in one go, at most
+_PACKET = 8
 #: Rays of a band: some seconds of one thread
 BAND_RAYS = 2**23
 
@@ -31,19 +30,34 @@ def quotient(index: mi.UInt32, n: int) -> mi.UInt32:
 
 
 def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Floats:
-    """Means (pixels, len(values)) over the `spp` consecutive rays of each pixel; `index` numbers the rays."""
-    run = min(spp & -spp, _LONGEST_RUN)  # the largest power of two that divides spp
-    sums = dr.zeros(mi.Float, dr.width(index) // run * len(values))
-    dr.scatter_add(sums, mi.ArrayXf(values), quotient(index, run))
-    of_runs = np.array(sums, dtype=np.float64).reshape(-1, spp // run, len(values))
-    means = of_runs[:, 0] if run == spp else of_runs.sum(1)
-    means /= spp
-    return means
+    """Means (pixels, len(values)) over the `spp` consecutive rays of each pixel; `index` numbers the rays.
+
+    A run is what a pixel has in a block of 2^10 rays. Ray i is in run i // spp + i // 2^10: different pixels or blocks,
+    different runs. Where 2^10 is a multiple of spp, pixels are runs.
+    """
+    rays, number = dr.width(index), quotient(index, spp)
+    runs = rays // spp
+    divided = _LONGEST_RUN % spp != 0
+    if divided:
+        number += index // _LONGEST_RUN
+        runs += -(-rays // _LONGEST_RUN)
+    packet = min(_PACKET, 1 << (len(values) - 1).bit_length())  # a power of two
+    packets = -(-len(values) // packet)
+    sums = dr.zeros(mi.Float, runs * packets * packet)
+    for k in range(packets):
+        side_by_side = [*values[k * packet : (k + 1) * packet], *[mi.Float(0)] * packet][:packet]
+        dr.scatter_add(sums, mi.ArrayXf(side_by_side), number * packets + k)
+    of_runs = np.asarray(sums).reshape(runs, packets * packet)[:, : len(values)]
+    if not divided:
+        return of_runs / np.float32(spp)
+    pixel = np.arange(rays // spp)
+    of_pixels = np.add.reduceat(of_runs, pixel + pixel * spp // _LONGEST_RUN, axis=0, dtype=np.float64)
+    return (of_pixels / spp).astype(np.float32)
 
 
 @dataclass
 class Pass:
-    """What one pass over the pixels gives, float64.
+    """What one pass over the pixels gives, float32 or float64.
 
     Attributes
     ----------
@@ -70,12 +84,12 @@ class Pass:
     def blended(self, share: Floats) -> Floats:
         """The image (height, width, channels) with a share λ (2, height, width) of what each half's weights add."""
         if len(self.differences) == 1:
-            share = np.where(checkerboard(*self.size) == 0, share[0], share[1])[None]
-        image = np.empty_like(self.plain)
-        for rows in strips(len(image)):
-            image[rows] = self.plain[rows]
+            share = of_own_half(share)[None]
+        image = self.plain.copy(order="K")
+        for rows in strips(len(image), tiles=4):
             for of_half, difference in zip(share, self.differences, strict=True):
-                image[rows, :, :3] += of_half[rows, :, None] * difference[rows]
+                for channel in range(3):  # plane by plane, as they lie in memory
+                    image[rows, :, channel] += of_half[rows] * difference[rows, :, channel]
         return image
 
 
@@ -175,11 +189,12 @@ class Footprint:
     def whole(self, strips: Iterable[Floats], bands: Sequence[range], channels: int) -> Pass:
         """The image from the strips of all bands, with so many channels; rows that are too many are not looked at."""
         columns, rows = self.window
-        total = np.zeros(0)
+        total: Floats = np.zeros(0)
         for strip, band in zip(strips, bands, strict=True):
             height = len(band) + 2 * self.reach
             if total.size == 0:
-                total = np.zeros((rows + 2 * self.reach, columns, strip.shape[-1]))
+                planes: Floats = np.zeros((strip.shape[-1], rows + 2 * self.reach, columns), strip.dtype)
+                total = np.moveaxis(planes, 0, -1)
             if self.reach == 0:
                 total[band.start : band.stop] = strip[:height]
             else:

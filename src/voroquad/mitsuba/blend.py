@@ -8,10 +8,12 @@ section 4).
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import NDArray
 
-Floats = NDArray[np.float64]
+Floats = NDArray[np.floating[Any]]
 
 #: Side of a tile in pixels, even
 TILE = 16
@@ -54,23 +56,22 @@ class Share:
 
     def observe(self, plain: Floats, difference: Floats, centre: Floats | None = None) -> None:
         """Add a round: A, D and c, each (height, width, channels); without c, it is what neighbours say."""
-        if centre is None:
-            if min(plain.shape[:2]) <= REACH:  # no neighbours to learn from
-                return
-            mirrored = np.pad(np.arange(len(plain)), REACH, mode="reflect")
-        for rows in strips(len(plain)):
+        if centre is None and min(plain.shape[:2]) <= REACH:  # no neighbours to learn from
+            return
+        for channel in range(plain.shape[-1]):
+            values, change = plain[..., channel], difference[..., channel]
             if centre is None:
-                around = plain[mirrored[rows.start : rows.stop + 2 * REACH]]
-                deviation = from_neighbours(np.pad(around, ((0, 0), (REACH, REACH), (0, 0)), mode="reflect"))
-                np.subtract(plain[rows], deviation, out=deviation)
-            else:
-                deviation = plain[rows] - centre[rows]
-            own = difference[rows]
-            deviation *= own
-            square = own * own
-            for channel in range(plain.shape[-1]):
-                self.products[rows] += deviation[..., channel]
-                self.squares[rows] += square[..., channel]
+                around = np.pad(values, REACH, mode="reflect")
+            for rows in strips(len(plain), tiles=4):
+                if centre is None:
+                    expected = from_neighbours(around[rows.start : rows.stop + 2 * REACH])
+                else:
+                    expected = centre[rows, :, channel]
+                own = change[rows]
+                deviation = values[rows] - expected
+                deviation *= own
+                self.products[rows] += deviation
+                self.squares[rows] += own * own
 
     def map(self) -> Floats:
         """λ (height, width) of each pixel's tile."""
@@ -84,24 +85,33 @@ class Share:
     def _moments(self) -> Floats:
         """Sums (5, 2, rows, columns) of p, s, p², p s and s² over the pixels of each half of each tile."""
         height, width = self.products.shape
-        columns = -(-width // TILE)
-        tiles = np.empty((5, 2, -(-height // TILE), columns))
-        sums = np.zeros((5, TILE, columns * TILE))
+        rows, columns = -(-height // TILE), -(-width // TILE)
+        by_row = np.zeros((5, rows, 2, columns * TILE))  # over the even rows of a tile, and the odd ones
+        terms = np.zeros((5, TILE, width))
         for row, pixels in enumerate(strips(height)):
             p, s = self.products[pixels], self.squares[pixels]
-            sums[:, len(p) :] = 0
-            for image, of_pixels in zip(sums, (p, s, p * p, p * s, s * s), strict=True):
-                image[: len(p), :width] = of_pixels
-            by_row = sums.reshape(5, TILE // 2, 2, -1).sum(1)
-            odd = by_row.reshape(5, 2, columns, TILE // 2, 2).sum(3)  # (5, odd row?, columns, odd column?)
-            tiles[:, 0, row] = odd[:, 0, :, 0] + odd[:, 1, :, 1]
-            tiles[:, 1, row] = odd[:, 0, :, 1] + odd[:, 1, :, 0]
-        return tiles
+            terms[:, len(p) :] = 0
+            factors: list[tuple[Floats, Floats | float]] = [(p, 1.0), (s, 1.0), (p, p), (p, s), (s, s)]
+            for term, (a, b) in zip(terms[:, : len(p)], factors, strict=True):
+                np.multiply(a, b, out=term)
+            by_row[:, row, :, :width] = terms.reshape(5, TILE // 2, 2, width).sum(1)
+        pairs = by_row.reshape(5, rows, 2, columns, TILE // 2, 2)
+        even, odd = pairs[..., 0].sum(-1), pairs[..., 1].sum(-1)  # columns of a tile
+        return np.stack([even[:, :, 0] + odd[:, :, 1], odd[:, :, 0] + even[:, :, 1]], 1)
 
     def _of_pixels(self, tiles: Floats) -> Floats:
-        """Each pixel's value (…, height, width) of its tile."""
+        """Each pixel's value (…, height, width) of its tile, float32."""
         height, width = self.products.shape
-        return tiles.repeat(TILE, axis=-2)[..., :height, :].repeat(TILE, axis=-1)[..., :width]
+        columns = tiles.astype(np.float32).repeat(TILE, axis=-1)[..., :width]
+        return columns.repeat(TILE, axis=-2)[..., :height, :]
+
+
+def of_own_half(halves: Floats) -> Floats:
+    """Each pixel's value (height, width) of those (2, height, width) for the halves of a checkerboard."""
+    own = halves[0].copy()
+    for row in (0, 1):
+        own[row::2, 1 - row :: 2] = halves[1, row::2, 1 - row :: 2]
+    return own
 
 
 def least_variance(moments: Floats) -> Floats:
@@ -132,9 +142,9 @@ def least_variance(moments: Floats) -> Floats:
     return np.clip(trust * estimate + (1 - trust) * prior, 0, 1)
 
 
-def strips(height: int) -> list[slice]:
-    """The rows of each row of tiles: what is done to one of them at a time stays in the processor's cache."""
-    return [slice(top, min(top + TILE, height)) for top in range(0, height, TILE)]
+def strips(height: int, tiles: int = 1) -> list[slice]:
+    """The rows of so many rows of tiles: what is done to one strip at a time stays in the processor's cache."""
+    return [slice(top, min(top + tiles * TILE, height)) for top in range(0, height, tiles * TILE)]
 
 
 def from_neighbours(image: Floats) -> Floats:

@@ -12,7 +12,8 @@ import mitsuba as mi
 import numpy as np
 from mitsuba.python.ad.integrators.common import ADIntegrator, RBIntegrator
 
-from .accumulation import Floats, Footprint, Pass, pixel_means, quotient
+from .accumulation import Footprint, Pass, pixel_means, quotient
+from .blend import Floats
 from .domains import CameraSample
 from .rounds import alone
 

@@ -21,6 +21,7 @@ from .._files import atomic_path
 from .._progress import progress_bar
 from ..units import ONE_PROCESS, LocalFile, Pool
 from .bands import Camera, Shot, forgetting
+from .blend import Floats
 from .loading import one_line_errors, scene_hash, scene_path, use_variant
 from .rounds import Rounds
 
@@ -167,7 +168,8 @@ def write_rounds(scene: mi.Scene, integrator: mi.Integrator, rounds: Rounds, out
     if Path(out).suffix.lower() == ".png":
         write_image(image, out)
         return
-    layers, own = [image], list(names)
+    layers: list[Floats] = [image]
+    own = list(names)
     if integrator.blend:
         layers, own = [*layers, rounds.mean_lambda[..., None]], [*own, "lambda"]
     if rounds.count > 1:

@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 
 from .._files import atomic_path
-from .accumulation import Floats, Pass
-from .blend import Share, checkerboard
+from .accumulation import Pass
+from .blend import Floats, Share, of_own_half
 
 #: Raise it when the arrays of a state change their meaning
 _FORMAT = 1
@@ -23,7 +23,7 @@ _FORMAT = 1
 def first_share(done: Pass, *, blend: bool) -> tuple[Floats, Share]:
     """λ (2, height, width) for the halves of a pass that has none before it, 1 without blend; what it says of λ."""
     if not blend:
-        return np.ones((2, *done.size)), Share(*done.size)
+        return np.ones((2, *done.size), np.float32), Share(*done.size)
     share = Share(*done.size)
     share.observe(done.pixel_plain, done.pixel_difference)
     return share.halves(), share
@@ -32,7 +32,7 @@ def first_share(done: Pass, *, blend: bool) -> tuple[Floats, Share]:
 def alone(done: Pass, *, blend: bool) -> tuple[Floats, Floats]:
     """The image (height, width, channels) of a single pass, and its λ (height, width)."""
     share, _ = first_share(done, blend=blend)
-    return done.blended(share), np.where(checkerboard(*done.size) == 0, share[0], share[1])
+    return done.blended(share), of_own_half(share)
 
 
 class Rounds:
@@ -72,12 +72,12 @@ class Rounds:
             share = np.broadcast_to(self.share.map(), (2, *done.size))
             self.share.observe(done.pixel_plain, done.pixel_difference, self.plain / self.count)
         else:
-            share = np.ones((2, *done.size))
-        colours = done.blended(share)[..., :3]
+            share = np.ones((2, *done.size), np.float32)
+        colours = done.blended(share)[..., :3].astype(np.float64)
         self.colours += colours
         self.squares += colours**2
         self.others += done.plain[..., 3:]
-        self.lambdas += np.where(checkerboard(*done.size) == 0, share[0], share[1])
+        self.lambdas += of_own_half(share)
         self.plain += done.pixel_plain
         self.count += 1
 

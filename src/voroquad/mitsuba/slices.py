@@ -12,7 +12,8 @@ import mitsuba as mi
 import numpy as np
 
 from ..tables import SampleTable
-from .accumulation import Floats, Footprint
+from .accumulation import Footprint
+from .blend import Floats
 from .domains import CameraSample
 from .integrator import Reweighted
 from .motion import Track, TransformTrack, key_of_dict, keyframes
