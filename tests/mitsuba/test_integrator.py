@@ -342,7 +342,8 @@ DIRECT = {"type": "direct"}
         ({"a": DIRECT, "samples": -1}, "samples must be"),
         ({"a": DIRECT, "max_depth": 3}, "max_depth"),
         ({"a": DIRECT, "colour": 3}, "colour"),
-        ({"a": DIRECT, "table": "/nowhere.npz"}, "/nowhere.npz"),
+        ({"a": DIRECT, "table_seed": -1}, "table_seed must be"),
+        ({"a": DIRECT, "table": "/nowhere.npz"}, "no table='/nowhere.npz'; make it"),
         ({"a": DIRECT, "table": "/nowhere.npz", "order": 0}, "settles order"),
     ],
 )

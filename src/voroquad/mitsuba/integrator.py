@@ -284,6 +284,8 @@ def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> dict[str, A
         "debias": read_property(props, "debias", "none"),
         "rng": read_property(props, "table_seed", 0),
     }
+    if recipe["rng"] < 0:
+        raise ValueError(f"table_seed must be at least 0, got {recipe['rng']}")
     recipe["periodic"] = domain.periodic and (recipe["order"], recipe["debias"]) == (0, "none")
     # Whether the rule exists does not depend on n: say so before anything is rendered
     n = orthogonal.least(domain.dimension) if recipe["design"] == "orthogonal" else 2**domain.dimension
@@ -300,7 +302,10 @@ def _table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:
     settled = [key for key in ("sampler", "order", "debias", "samples", "sets", "table_seed") if key in props]
     if settled:
         raise ValueError(f"table={props['table']!r} settles {', '.join(settled)}; leave them out")
-    table = SampleTable.load(props["table"])
+    try:
+        table = SampleTable.load(props["table"])
+    except FileNotFoundError:
+        raise ValueError(f"there is no table={props['table']!r}; make it with 'voroquad table'") from None
     if table.d != domain.dimension:
         raise ValueError(
             f"table={props['table']!r} has d = {table.d}, but domain {domain.name!r} has d = {domain.dimension}"
