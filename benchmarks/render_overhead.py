@@ -1,12 +1,13 @@
 """What `reweighted` costs: its render time and memory over those of the nested integrator, in interleaved pairs.
 
-    python benchmarks/render_overhead.py [--pairs 15] [--size 640x480] [--spp 64] [--scenes moving-camera,room]
+    python benchmarks/render_overhead.py [--pairs 31] [--size 320x240] [--spp 64] [--scenes moving-camera,room]
 
 For each domain a scene; both integrators render it with the same sampler and jitter, `reweighted` with its default
 settings: blend, and all that makes an image of it, are part of its time. The table is made and the kernels are compiled
 by two warm-up renders before the clock starts. Writes benchmarks/results/render_overhead.csv, a line per
 pair with seconds by the clock and of the processor, and benchmarks/results/render_memory.csv: the most memory of a new
-process that renders once by the one or by the other. Prints for each domain the median ratios with the interval
+process that renders once by the one or by the other, its kernel compiled by a process before it. Lines of scenes that
+are not measured stay. Prints for each domain the median ratios with the interval
 between the order statistics that cover them with at least 95 %. Objects that move in slices are not among the scenes:
 Mitsuba has no integrator to compare them with.
 """
@@ -14,7 +15,6 @@ Mitsuba has no integrator to compare them with.
 from __future__ import annotations
 
 import argparse
-import csv
 import gc
 import multiprocessing
 import resource
@@ -25,6 +25,7 @@ from pathlib import Path
 import drjit as dr
 import mitsuba as mi
 import numpy as np
+from csv_rows import put
 from scipy import stats
 
 from voroquad.mitsuba.loading import (
@@ -46,8 +47,8 @@ SCENES = {
     "room": "lens",
     "passage": "pixel+time",
 }
-TIMES = "scene,domain,pair,nested_seconds,reweighted_seconds,nested_cpu,reweighted_cpu"
-MEMORY = "scene,domain,nested_megabytes,reweighted_megabytes,ratio"
+TIMES = ["scene", "domain", "pair", "nested_seconds", "reweighted_seconds", "nested_cpu", "reweighted_cpu"]
+MEMORY = ["scene", "domain", "nested_megabytes", "reweighted_megabytes", "ratio"]
 
 Lines = list[list[object]]
 
@@ -99,45 +100,35 @@ def megabytes(name: str, which: int, size: str, spp: int) -> float:
 
 
 def memory(name: str, options: argparse.Namespace) -> list[object]:
-    """The line of a scene: new processes, one for each integrator."""
+    """The line of a scene: of new processes, the second for each integrator."""
     new = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(1, mp_context=new, max_tasks_per_child=1) as pool:
-        nested, ours = (pool.submit(megabytes, name, k, options.size, options.spp).result() for k in (0, 1))
+        held = [pool.submit(megabytes, name, k, options.size, options.spp) for k in (0, 1, 0, 1)]
+        *_, nested, ours = (process.result() for process in held)
     return [name, SCENES[name], f"{nested:.1f}", f"{ours:.1f}", f"{ours / nested:.4f}"]
-
-
-def write(name: str, columns: str, lines: Lines) -> None:
-    """Write a CSV."""
-    RESULTS.mkdir(exist_ok=True)
-    with (RESULTS / name).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(columns.split(","))
-        writer.writerows(lines)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--pairs", type=int, default=15)
-    parser.add_argument("--size", default="640x480")
+    parser.add_argument("--pairs", type=int, default=31)
+    parser.add_argument("--size", default="320x240")
     parser.add_argument("--spp", type=int, default=64)
     parser.add_argument("--scenes", default=",".join(SCENES), help="some of them, separated by commas")
     options = parser.parse_args()
 
-    times: Lines = []
-    memories: Lines = []
+    order = list(SCENES).index
     for name in options.scenes.split(","):
-        memories.append(memory(name, options))
+        held = memory(name, options)
         own = time_pairs(name, options)
         gc.collect()  # a scene that exists slows every later render
-        times += own
-        text = f"{name} ({SCENES[name]}): memory {memories[-1][-1]}"
+        text = f"{name} ({SCENES[name]}): memory {held[-1]}"
         for what, below, above in (("time", 3, 4), ("processor time", 5, 6)):
             ratios = np.array([float(str(line[above])) / float(str(line[below])) for line in own])
             low, high = median_interval(ratios)
             text += f"; {what} {np.median(ratios):.4f}, {low:.4f} to {high:.4f}"
         print(text, flush=True)
-        write("render_overhead.csv", TIMES, times)
-        write("render_memory.csv", MEMORY, memories)
+        put(RESULTS / "render_overhead.csv", TIMES, own, order)
+        put(RESULTS / "render_memory.csv", MEMORY, [held], order)
 
 
 if __name__ == "__main__":

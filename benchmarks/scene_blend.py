@@ -5,7 +5,7 @@
 Scene after scene goes to benchmarks/results/scene_blend.csv; what is there already is not measured again. MSE as in
 scene_domains.py, means over SEEDS renders of 64 samples per pixel. `blend_mse` is that of the same samples with
 blend="auto", `ratio` the one over the other with its standard error (pairs). Mitsuba's orthogonal sampler makes no 64
-samples: it has 49 in benchmarks/results/scene_blend_49.csv, and so have some of ours beside it.
+samples: it has 49 in benchmarks/results/scene_blend_49.csv, and so have the others that can and some of ours beside it.
 """
 
 from __future__ import annotations
@@ -71,12 +71,15 @@ def rows_of(stage: Stage) -> Rows:
 
 
 def rows_of_49(stage: Stage) -> Rows:
-    """Rows of a scene at 49 samples per pixel, beside Mitsuba's orthogonal sampler."""
+    """Rows of a scene at 49 samples per pixel, which Mitsuba's orthogonal sampler makes, and its ldsampler does not."""
     errors, case = Errors(stage, 49), stage.case
-    errors.unweighted("Mitsuba", "", "orthogonal")
+    for sampler in ("independent", "stratified", "multijitter", "orthogonal"):
+        errors.unweighted("Mitsuba", "", sampler)
     errors.blended("stratified", "orthogonal")
-    for design in ("sobol", "halton", "orthogonal"):
-        errors.unweighted(design, case.joint[-1] if case.joint else case.domain, "orthogonal")
+    for domain in ("pixel", case.joint[-1]) if case.joint else ():
+        errors.unweighted("orthogonal", domain, "orthogonal")
+    for domain in ("pixel", *case.joint) if case.domain == "light" else case.joint:
+        errors.unweighted("orthogonal", domain, "multijitter")
     return errors.rows
 
 

@@ -1,0 +1,22 @@
+"""CSVs of results that are measured part by part."""
+
+from __future__ import annotations
+
+import csv
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+
+def put(path: Path, columns: Sequence[str], lines: Sequence[Sequence[object]], key: Callable[[str], Any]) -> None:
+    """Write lines in the place of those with the same first entry; all lines are ordered by `key` of that."""
+    rows = [[str(entry) for entry in line] for line in lines]
+    measured = {row[0] for row in rows}
+    if path.exists():
+        with path.open(newline="", encoding="utf-8") as file:
+            rows += [row for row in list(csv.reader(file))[1:] if row[0] not in measured]
+    path.parent.mkdir(exist_ok=True)
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(columns)
+        writer.writerows(sorted(rows, key=lambda row: key(row[0])))
