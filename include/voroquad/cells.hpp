@@ -43,7 +43,7 @@ public:
     void cut_family(const PointTree<D> &tree, Domain domain, std::size_t family, Visit &&visit) {
         tree_ = &tree;
         domain_ = domain;
-        around_.collect(tree, domain, family, (D == 2 ? 2.9 : 2.8) * tree.spacing_near(family));
+        around_.collect(tree, domain, family, (D == 2 ? 2.9 : 2.6) * tree.spacing_near(family));
         far_sites_.clear();
         first_ = tree.leaf_begin(tree.family_begin(family));
         if constexpr (D == 2) {
