@@ -40,6 +40,17 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+def check_writable(path: str | os.PathLike[str]) -> None:
+    """Raise now, before hours of work, where a file could not be written later."""
+    if Path(path).is_dir():
+        raise ValueError(f"{os.fspath(path)} is a folder; name a file in it")
+    there = next(parent for parent in Path(os.path.realpath(path)).parents if parent.exists())
+    try:
+        tempfile.TemporaryFile(dir=there).close()
+    except OSError as error:
+        raise type(error)(error.errno, error.strerror, os.fspath(path)) from None
+
+
 @contextmanager
 def atomic_directory(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield an empty temporary directory beside `path`; on success its files move into `path`.

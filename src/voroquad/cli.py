@@ -239,9 +239,9 @@ def table(
         print("{sets} {design} sets of {n} points in d = {d}: {output}".format(**summary))
 
 
-Scene = Annotated[str, typer.Argument(help="Mitsuba XML file, or a built-in scene: depth-of-field.")]
+Scene = Annotated[str, typer.Argument(help="Mitsuba XML file, or a built-in scene such as depth-of-field or sky.")]
 Domain = Annotated[
-    str, typer.Option(help="What the sets sample: lens, time, wavelength, pixel, or several as pixel+time.")
+    str, typer.Option(help="What the sets sample: lens, time, wavelength, light, pixel, or several as pixel+time.")
 ]
 Size = Annotated[str | None, typer.Option(help="Width and height of the image, such as 320x240.")]
 Jitter = Annotated[bool, typer.Option(help="Sample the pixel's area, or its centre.")]

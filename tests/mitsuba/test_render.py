@@ -18,6 +18,7 @@ from typer.testing import CliRunner
 from voroquad.cli import app
 from voroquad.mitsuba import render as renderer
 
+ROUNDS = {"seed": 5, "per_round": 16, "show_progress": False}
 SMALL = ["--size", "32x24", "--spp", "16"]
 
 
@@ -47,9 +48,51 @@ def test_command(tmp_path):
     assert np.array(mi.Bitmap(str(tmp_path / "o.png"))).shape == (24, 32, 3)
 
 
-# ---------------------------------------------------------------------- rounds
+def test_a_sampler_that_rounds_is_refused_before_rendering(ball, tmp_path):
+    """Else every round would have the same table, and a number of samples that nobody asked for."""
+    scene = tmp_path / "scene.xml"
+    sampler = '<sampler type="orthogonal"/> <film'
+    scene.write_text(ball.read_text(encoding="utf-8").replace("<film", sampler), encoding="utf-8")
+    with pytest.raises(ValueError, match="sampler makes 25 samples per pixel where 16 are asked for; take 25"):
+        renderer.render(scene, tmp_path / "o.exr", spp=48, sampler="uniform", size=(32, 24), **ROUNDS)
+    command = [
+        "compare",
+        str(scene),
+        "--size",
+        "32x24",
+        "--spp",
+        "16",
+        "--methods",
+        "uniform-w",
+        "-o",
+        str(tmp_path / "c"),
+    ]
+    done = CliRunner().invoke(app, command)
+    assert done.exit_code != 0
+    assert not (tmp_path / "c").exists()
+    renderer.render(scene, tmp_path / "o.exr", spp=25, sampler="uniform", size=(32, 24), show_progress=False)
 
-ROUNDS = {"seed": 5, "per_round": 16, "show_progress": False}
+
+def test_where_nothing_can_be_written_nothing_is_rendered(ball, tmp_path, monkeypatch):
+    monkeypatch.setattr(renderer, "Camera", None)
+    (tmp_path / "folder.exr").mkdir()
+    with pytest.raises(ValueError, match=r"folder\.exr is a folder; name a file in it"):
+        renderer.render(ball, tmp_path / "folder.exr", spp=16)
+    with pytest.raises(OSError, match=r"/proc/o\.exr"):
+        renderer.render(ball, "/proc/o.exr", spp=16)
+
+
+def test_scalar_variants_are_told_what_they_need():
+    previous = mi.variant()
+    mi.set_variant("scalar_rgb")
+    try:
+        with pytest.raises(RuntimeError, match=r"reweighted needs a variant that compiles; call mitsuba\.set_variant"):
+            mi.load_dict({"type": "reweighted"})
+    finally:
+        mi.set_variant(previous)
+
+
+# ---------------------------------------------------------------------- rounds
 
 
 def test_rounds_that_are_interrupted_end_with_the_same_bits(ball, tmp_path, monkeypatch):

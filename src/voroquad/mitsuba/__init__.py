@@ -37,9 +37,19 @@ def check_llvm() -> None:
     )
 
 
+def _refuse(properties: mi.Properties) -> None:
+    """In place of a plug-in where nothing is compiled."""
+    name = properties.plugin_name()
+    raise RuntimeError(f"{name} needs a variant that compiles; call mitsuba.set_variant('llvm_ad_rgb') before loading")
+
+
 def _register(previous: str | None, variant: str | None) -> None:
     """Make the plug-ins of a variant: its base classes are its own, hence the reload (as Mitsuba's own do)."""
-    if variant is None or variant.startswith("scalar"):
+    if variant is None:
+        return
+    if variant.startswith("scalar"):
+        mi.register_integrator("reweighted", _refuse)
+        mi.register_sensor("moving", _refuse)
         return
     if variant.startswith("llvm"):
         check_llvm()

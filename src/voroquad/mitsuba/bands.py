@@ -117,11 +117,11 @@ class Camera:
 
     def series(self, name: str, spp: int, seed: int, table_seed: int | None = None) -> Series:
         """The units of an image; a table of another seed than the plug-in's, if it has tables."""
+        film = self.scene.sensors()[0].film()
+        spp = self.integrator.granted(self.scene.sensors()[0], spp)
         table = None
         if self._shot.kind == "reweighted":
             table = self._pool.share(table_of, self.integrator.recipe(self.integrator.samples or spp, table_seed))
-        film = self.scene.sensors()[0].film()
-        spp = self.integrator.granted(self.scene.sensors()[0], spp)
         shape = self._footprint.strip_shape(spp, self.integrator.channels(film), 3 * self.integrator.weighted)
         count = len(self._footprint.bands(spp))
         return Series(name, count, (1 + math.prod(shape),), _band, (self._shot, table, shape, spp, seed))

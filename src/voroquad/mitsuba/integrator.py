@@ -93,7 +93,8 @@ class Reweighted(Plain):
     channels (``aov`` inside) and alpha are not weighted. With ``jitter`` false the image is that of point
     samples at the pixel centres. The same seeds give the same bits on any number of threads (on processors).
 
-    Derivatives are those of the image without blend.
+    Derivatives are those of the image without blend; through ``prb`` and its kin with the domain ``light``, they have
+    the image's mean but emitter samples of their own.
     """
 
     plugin_name = "reweighted"

@@ -61,6 +61,7 @@ class Method:
         integrator = stage.integrator(self)
         if self.kind == "reweighted":
             integrator.check(stage.scene, stage.scene.sensors()[0])
+            integrator.check_samples(stage.scene.sensors()[0], spp)
             sample(self.properties["sampler"], spp, integrator.domain.dimension, rng=0)
 
     def makes(self, spp: int) -> bool:

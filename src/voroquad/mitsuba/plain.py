@@ -104,6 +104,14 @@ class Plain(ADIntegrator):
         """The samples per pixel that the sampler makes when asked for so many, or for none in particular."""
         return int(self._sampler_of(sensor, spp).sample_count())
 
+    def check_samples(self, sensor: mi.Sensor, spp: int) -> None:
+        """Raise ValueError if the sampler makes another number of samples per pixel when asked for so many."""
+        if (granted := self.granted(sensor, spp)) != spp:
+            raise ValueError(
+                f"the scene's sampler makes {granted} samples per pixel where {spp} are asked for; "
+                f"take {granted} (of a round, if there are several), or another sampler in the scene"
+            )
+
     def _sampler_of(self, sensor: mi.Sensor, spp: int) -> mi.Sampler:
         sampler = (self._sampler or sensor.sampler()).clone()
         if spp != 0:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from .. import __version__
 from .._checks import one_of, positive_int
-from .._files import atomic_path
+from .._files import atomic_path, check_writable
 from .._progress import progress_bar
 from ..units import ONE_PROCESS, LocalFile, Pool
 from .bands import Camera, Shot, forgetting
@@ -243,6 +243,7 @@ def render(
     plan = Plan(spp, per_round, seconds, target_error)
     check_seed(seed)
     one_of("image format", Path(out).suffix.lower(), (".exr", ".png"))
+    check_writable(out)
     path = scene_path(scene).resolve()
     use_variant(domain)
     settings = {"domain": domain, "sampler": sampler, "order": order, "debias": debias, "weighted": weighted,
@@ -250,6 +251,7 @@ def render(
     shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", settings | {"table_seed": seed})
     loaded, integrator = shot.loaded()
     integrator.check(loaded, loaded.sensors()[0])
+    integrator.check_samples(loaded.sensors()[0], plan.n)
     key = settings | {
         "scene": scene_hash(path),
         "size": [int(n) for n in loaded.sensors()[0].film().crop_size()],

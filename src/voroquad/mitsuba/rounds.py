@@ -16,8 +16,8 @@ from .._files import atomic_path
 from .accumulation import Pass
 from .blend import Floats, Share, of_own_half
 
-#: Raise it when the arrays of a state change their meaning
-_FORMAT = 1
+#: Raise it when the arrays of a state change their meaning, or a pass its bits
+_FORMAT = 2
 
 
 def first_share(done: Pass, *, blend: bool) -> tuple[Floats, Share]:
