@@ -319,6 +319,26 @@ def test_cells_keep_their_own_points():
     np.testing.assert_array_equal(kept.measures, before)
 
 
+NEAR_TWINS = """
+0x1.90d0c28ffb13cp-1 0x1.90d0c28ffb16p-1 0x1.b15cac356851dp-1 0x1.3333333333375p-2
+0x1.33333333333bfp-2 0x1.b15cac35684e4p-1 0x1.9999999999658p-4 0x1p-1
+0x1.3333333333328p-2 0x1.b15cac356856bp-1 0x1.fffffffffffffp-2 0x1.9999999999de4p-4
+0x1.00007ab3dff93p-1 0x1.000026b1b1a56p-1 0x1p-1 0x1p-1
+"""
+
+
+def test_a_neighbour_far_nearer_than_two_near_twins():
+    """As seen from the last point, the twins' inverses differ by less than the way there is rounded by."""
+    points = np.array([float.fromhex(x) for x in NEAR_TWINS.split()]).reshape(-1, 2)
+    for periodic in (False, True):
+        assert abs(vq.cells(points, periodic=periodic).measures.sum() - 1) < 1e-12
+
+
+def test_complex_points_are_refused():
+    with pytest.raises(ValueError, match="points must be real, got complex numbers"):
+        vq.cells([[0.2 + 0.3j, 0.5]])
+
+
 @pytest.mark.parametrize("d", [1, 2, 3])
 def test_every_version_of_the_core_gives_the_same_bits(d):
     program = """
@@ -326,6 +346,13 @@ import sys, numpy as np, voroquad as vq
 x = np.random.default_rng(3).random((3000, int(sys.argv[1])))
 x[:500] *= 1e-3
 print(vq.cells(x).measures.tobytes().hex())
+if x.shape[1] == 2:  # many sites that are equally near to a corner
+    for seed in range(400):
+        rng = np.random.default_rng(seed)
+        angle, scale = np.pi / 6 * rng.integers(0, 12, 26), 2.0 ** -rng.integers(0, 60, 26)
+        rays = 0.5 + 0.49 * (scale * [np.cos(angle), np.sin(angle)]).T
+        for periodic in (False, True):
+            print(vq.cells(rays, periodic=periodic).measures.tobytes().hex())
 """
     levels = _core.processor_levels()
     outputs = [

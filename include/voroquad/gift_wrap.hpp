@@ -74,7 +74,7 @@ public:
         invert();
         Vector x = start_[0], y = start_[1];
         Mask walking = x == x, sound = apart_ > 0.0;
-        Vector first_x{}, first_y{}, last_x{}, last_y{};
+        Vector first_x{}, first_y{}, last_x{}, last_y{}, last_side{};
         twice_area_ = radius2_ = size_ = Vector{};
         for (std::size_t k = 0; k < most_vertices && any(walking); ++k) {
             // (From the corner itself, others behind it on a common line would pass for ahead by
@@ -95,6 +95,13 @@ public:
             const Vector cross = x * to_y - y * to_x;
             const Vector sine2 = cross * cross;
             sound = sound & (((cross > 0.0) & (sine2 > 1e-6 * (from2 * to2))) | ~walking);
+            // From so much farther out than its own size, a corner and a point just inside of the
+            // hull look alike; the way from such a point may lead anywhere.
+            sound = sound & ((from2 < too_far * to2) | ~walking);
+            // A walk that passes its start goes around again.
+            const Vector side = start_[0] * to_y - start_[1] * to_x;
+            sound = sound & ~(walking & (last_side < 0.0) & (side > 0.0));
+            last_side = side;
             const Vector half = 0.5 / cross, vx = half * dy, vy = -half * dx;
             store(&vertex_[0][k * width], vx);
             store(&vertex_[1][k * width], vy);
@@ -128,7 +135,9 @@ public:
 private:
     static constexpr double infinity = std::numeric_limits<double>::infinity();
     static constexpr double outside = 1.0 + 3e-14; // of the hull
-    static constexpr std::size_t round = 4;        // points are compared in rounds of that many
+    // Squared, 128: there, two roundings of a way are as long as `outside` is far from the corner
+    static constexpr double too_far = 16384.0;
+    static constexpr std::size_t round = 4; // points are compared in rounds of that many
     static constexpr std::size_t most_vertices = 16;
 
     // Points become their inverses, then each lane's stand beside the others'; `start_` is that

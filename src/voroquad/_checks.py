@@ -37,11 +37,18 @@ def one_of(name: str, value: Any, known: Iterable[str]) -> str:
     return str(value)
 
 
+def refuse_complex(name: str, points: ArrayLike) -> None:
+    """Raise ValueError for complex numbers, whose imaginary part NumPy would drop."""
+    if np.iscomplexobj(points):
+        raise ValueError(f"{name} must be real, got complex numbers; give their two parts as two coordinates")
+
+
 def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points") -> NDArray[np.float64]:
     """Return `points` as a float64 array, of any strides, (n, d) or (sets, n, d) inside [0, 1)^d.
 
     One-dimensional input is read as (n, 1). With `closed`, 1 is allowed too.
     """
+    refuse_complex(name, points)
     try:
         array = np.asarray(points, dtype=np.float64)
     except (TypeError, ValueError) as error:
@@ -64,8 +71,12 @@ def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points"
     return array
 
 
+#: No machine has more processors to use for one call, and each takes memory.
+MOST_THREADS = 1024
+
+
 def thread_count(threads: int | None) -> int:
     """Return the number of threads to use: `threads`, else VOROQUAD_NUM_THREADS, else all processors."""
     from . import _core
 
-    return _core.default_thread_count() if threads is None else positive_int("threads", threads)
+    return _core.default_thread_count() if threads is None else min(positive_int("threads", threads), MOST_THREADS)

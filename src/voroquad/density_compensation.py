@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._checks import one_of, positive_int, thread_count
+from ._checks import one_of, positive_int, refuse_complex, thread_count
 from .cells import cells
 
 ROUNDING = 1e-6  # how far a position of a trajectory in float32 may miss the face it is on
@@ -83,6 +83,7 @@ def density_compensation(
 
 
 def _positions(trajectory: ArrayLike, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
+    refuse_complex("trajectory", trajectory)
     array = np.asarray(trajectory, dtype=np.float64)
     if array.ndim not in (2, 3) or array.shape[-1] not in (2, 3) or array.size == 0:
         raise ValueError(f"trajectory must have shape (shots, samples, d) or (n, d) with d = 2 or 3, got {array.shape}")
@@ -93,6 +94,10 @@ def _positions(trajectory: ArrayLike, shape: tuple[int, ...] | None) -> NDArray[
         raise ValueError(
             f"sample {first} of the trajectory is {positions[first].tolist()}, not inside [-0.5, 0.5]; "
             "scale the trajectory to cycles per voxel"
+        )
+    if isinstance(shape, int):
+        raise ValueError(
+            f"shape must have a number for each axis, such as {(shape,) * positions.shape[1]}, got {shape}"
         )
     if shape is not None and len([positive_int("shape", n) for n in shape]) != positions.shape[1]:
         raise ValueError(f"shape {tuple(shape)} must have as many axes as the trajectory has: {positions.shape[1]}")
