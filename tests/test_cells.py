@@ -346,13 +346,6 @@ import sys, numpy as np, voroquad as vq
 x = np.random.default_rng(3).random((3000, int(sys.argv[1])))
 x[:500] *= 1e-3
 print(vq.cells(x).measures.tobytes().hex())
-if x.shape[1] == 2:  # many sites that are equally near to a corner
-    for seed in range(400):
-        rng = np.random.default_rng(seed)
-        angle, scale = np.pi / 6 * rng.integers(0, 12, 26), 2.0 ** -rng.integers(0, 60, 26)
-        rays = 0.5 + 0.49 * (scale * [np.cos(angle), np.sin(angle)]).T
-        for periodic in (False, True):
-            print(vq.cells(rays, periodic=periodic).measures.tobytes().hex())
 """
     levels = _core.processor_levels()
     outputs = [

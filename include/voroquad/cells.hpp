@@ -262,6 +262,7 @@ private:
         const auto visit_leaf = [&](std::size_t leaf, const Point<D> &turn) {
             const std::size_t end = tree_->leaf_begin(leaf + 1);
             for (std::size_t s = tree_->leaf_begin(leaf); s < end; s += width) {
+                // Vectors may reach into the next leaf: more sites do no harm
                 const std::array<Vector, D> p = tree_->vectors(s);
                 std::array<Vector, D> q;
                 Vector q2{}, size{}, along{};
@@ -273,9 +274,7 @@ private:
                 }
                 const Vector more = along - 0.5 * q2;
                 const Mask significant = (more > gain) & (more > rounding * size);
-                // Vectors may reach into the next leaf, how far depends on their width; of sites
-                // that gain the same, all must find the same one
-                for_each_bit(bits_of(significant) & first_lanes(end - s), [&](std::size_t i) {
+                for_each_bit(bits_of(significant), [&](std::size_t i) {
                     if (more[i] <= gain) return;
                     gain = more[i];
                     nearest = FarSite{s + i, turn};
