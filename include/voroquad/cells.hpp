@@ -43,7 +43,7 @@ public:
     void cut_family(const PointTree<D> &tree, Domain domain, std::size_t family, Visit &&visit) {
         tree_ = &tree;
         domain_ = domain;
-        around_.collect(tree, domain, family, (D == 2 ? 2.9 : 2.6) * tree.spacing_near(family));
+        around_.collect(tree, domain, family, (D == 2 ? 2.9 : 2.8) * tree.spacing_near(family));
         far_sites_.clear();
         first_ = tree.leaf_begin(tree.family_begin(family));
         if constexpr (D == 2) {
@@ -108,7 +108,7 @@ private:
                 move_to(again_[i + k].site);
                 group[k] = {again_[i + k].site, std::min(again_[i + k].to, seen2())};
             }
-            wrap({group.data(), count}, around_.points(), first_, true, visit);
+            wrap({group.data(), count}, around_.points(), first_, domain_ == Domain::box, visit);
         }
     }
 
@@ -123,7 +123,10 @@ private:
             move_to(site);
             wraps_.add_all(lane,
                            [&](auto &&add) { points.nearer_than(to, site_, site - first, add); });
-            if (mirrors) for_each_mirror([&](const Point<2> &q) { wraps_.add(lane, q); });
+            if (mirrors)
+                for_each_mirror([&](const Point<2> &q) {
+                    if (dot<2>(q, q) < to) wraps_.add(lane, q);
+                });
         }
         wraps_.wrap();
         for (std::size_t lane = 0; lane < sites.size(); ++lane) {
@@ -145,6 +148,9 @@ private:
             around_.stand_at(site_, site - first_);
             if (sound) {
                 cell_.assign(cell);
+                for_each_mirror([&](const Point<2> &q) {
+                    if (dot<2>(q, q) < reach2(cell_)) cell_.clip(q);
+                });
             } else {
                 cell_.reset(side_);
                 clip_between(0.0, near2_);
@@ -188,26 +194,16 @@ private:
 
     // Clips with all points that are not nearer than `from` (squared) and may still cut the cell.
     void finish(double from) {
-        if constexpr (D == 2) { // few vertices: they tell at once which points do
-            chosen_.clear();
-            around_.cutting(cell_, from, [&](std::size_t i) { choose(i); });
-            clip_with_chosen(from, reach2(cell_));
-        } else {
-            clip_between(from, reach2(cell_));
-        }
+        clip_between(from, reach2(cell_));
         if (reach2(cell_) > seen2()) search_far();
     }
 
-    // Clips with the points around whose squared distance is at least `from` and below `to`.
+    // Clips with the points around whose squared distance is at least `from` and below `to`,
+    // roughly nearest first.
     void clip_between(double from, double to) {
         chosen_.clear();
-        around_.between(from, to, [&](std::size_t i) { choose(i); });
-        clip_with_chosen(from, to);
-    }
-
-    void choose(std::size_t i) { chosen_.push_back({around_.squared_distance(i), i}); }
-    // Roughly the nearest come first.
-    void clip_with_chosen(double from, double to) {
+        around_.between(
+            from, to, [&](std::size_t i) { chosen_.push_back({around_.squared_distance(i), i}); });
         sort_by_distance(from, to);
         for (const auto &[distance2, i] : chosen_)
             if (distance2 <= reach2(cell_)) cell_.clip(around_.point(i));

@@ -115,8 +115,7 @@ public:
             }
             last_x = walking ? vx : last_x;
             last_y = walking ? vy : last_y;
-            walking =
-                walking & sound & ((way_x != start_[0] - from_x) | (way_y != start_[1] - from_y));
+            walking = walking & ((way_x != start_[0] - from_x) | (way_y != start_[1] - from_y));
             x = to_x, y = to_y;
         }
         twice_area_ = twice_area_ + (last_x * first_y - last_y * first_x);

@@ -185,26 +185,6 @@ public:
         }
     }
 
-    // Calls visit(i) for the points whose squared distance is at least `from` and to which a vertex
-    // v of the cell is nearer than to the site: those with q·v > |q|²/2.
-    template <class Cell, class Visit>
-    void cutting(const Cell &cell, double from, Visit &&visit) const {
-        for (std::size_t i = 0; i < size(); i += width) {
-            const auto q = points_.seen_from(site_, i);
-            Vector farthest{};
-            for (std::size_t v = 0; v < cell.size(); ++v) {
-                const Point<D> vertex = cell.vertex(v);
-                Vector along{};
-                for (int a = 0; a < D; ++a) along += q[a] * vertex[a];
-                farthest = larger(farthest, along);
-            }
-            const Vector distance2 = load(&distance2_[i]);
-            const std::uint64_t chosen =
-                bits_less(0.5 * distance2, farthest) & ~bits_less(distance2, Vector{} + from);
-            for_each_bit(chosen, [&](std::size_t k) { visit(i + k); });
-        }
-    }
-
     // A point as the site sees it
     Point<D> point(std::size_t i) const { return points_.point_seen_from(site_, i); }
 
