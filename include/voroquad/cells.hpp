@@ -86,7 +86,7 @@ private:
     void wrap_leaves(std::size_t family, Visit &&visit) {
         const std::size_t first = tree_->family_begin(family);
         const std::size_t last = tree_->family_begin(family + 1);
-        const double near = std::min(around_.reach(), 2.7 * around_.spacing());
+        const double near = 0.86 * around_.reach();
         near2_ = near * near;
         again_.clear();
         far_ = 0;
@@ -106,7 +106,7 @@ private:
             const std::size_t count = std::min(width, again_.size() - i);
             for (std::size_t k = 0; k < count; ++k) {
                 move_to(again_[i + k].site);
-                group[k] = {again_[i + k].site, std::min(again_[i + k].to, seen2())};
+                group[k] = {again_[i + k].site, std::min(again_[i + k].to, seen2_)};
             }
             wrap({group.data(), count}, around_.points(), first_, domain_ == Domain::box, visit);
         }
@@ -142,7 +142,7 @@ private:
                 const double wanted =
                     sound ? reach2(cell) : std::numeric_limits<double>::infinity();
                 again_.push_back({site, wanted});
-                far_ += wanted > seen2();
+                far_ += wanted > seen2_;
                 continue;
             }
             around_.stand_at(site_, site - first_);
@@ -184,18 +184,14 @@ private:
             side_.lo[a] = domain_ == Domain::box ? -site_[a] : -0.5;
             side_.hi[a] = domain_ == Domain::box ? 1.0 - site_[a] : 0.5;
         }
-    }
-
-    // Points nearer than that (squared) to the site are all around.
-    double seen2() const {
         const double seen = around_.seen_from(site_);
-        return seen * seen * (1.0 - 1e-12);
+        seen2_ = seen * seen * (1.0 - 1e-12);
     }
 
     // Clips with all points that are not nearer than `from` (squared) and may still cut the cell.
     void finish(double from) {
         clip_between(from, reach2(cell_));
-        if (reach2(cell_) > seen2()) search_far();
+        if (reach2(cell_) > seen2_) search_far();
     }
 
     // Clips with the points around whose squared distance is at least `from` and below `to`,
@@ -234,10 +230,9 @@ private:
             if (dot<D>(q, q) < reach2(cell_)) cell_.clip(q);
         }
         settled_.clear();
-        const double seen2 = this->seen2();
         for (std::size_t i = 0; i < cell_.size(); ++i) {
             const Point<D> v = cell_.vertex(i);
-            if (4.0 * dot<D>(v, v) * (1.0 + 1e-12) <= seen2) continue;
+            if (4.0 * dot<D>(v, v) * (1.0 + 1e-12) <= seen2_) continue;
             if (std::find(settled_.begin(), settled_.end(), v) != settled_.end()) continue;
             settled_.push_back(v);
             if (const auto far = nearer_to(v)) {
@@ -300,11 +295,11 @@ private:
     const PointTree<D> *tree_ = nullptr;
     Domain domain_ = Domain::box;
     Neighbourhood<D> around_;
-    PointList<D> near_;         // of those around a leaf of the family the nearest
-    std::vector<Wanted> again_; // with more points
-    std::size_t far_ = 0;       // of them want points from beyond those around
-    double near2_ = 0.0;        // squared: the nearest points come first
-    std::size_t first_ = 0;     // site of the family
+    PointList<D> near_;                // of those around a leaf of the family the nearest
+    std::vector<Wanted> again_;        // with more points
+    std::size_t far_ = 0;              // of them want points from beyond those around
+    double near2_ = 0.0, seen2_ = 0.0; // squared: the nearest points come first; all are known
+    std::size_t first_ = 0;            // site of the family
     Point<D> site_{};
     Box<D> side_{}; // the domain as the site sees it
     ConvexCell<D> cell_;
@@ -350,10 +345,6 @@ void cell_measures(const PointView<D> &points, Domain domain, double *measures,
         if (points.size() == 0) return;
         work.tree.build(points);
         const auto share = [&](std::size_t site, const auto &cell, unsigned) {
-            // Measures of points in no order are far apart: their places are fetched ahead, or
-            // later stores would wait behind them.
-            const std::size_t soon = std::min(site + 64, work.tree.sites() - 1);
-            __builtin_prefetch(&measures[work.tree.points_at(soon).front()], 1);
             const auto here = work.tree.points_at(site);
             const double measure = cell.measure() / static_cast<double>(here.size());
             for (const std::size_t i : here) measures[i] = measure;

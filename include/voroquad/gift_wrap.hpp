@@ -74,34 +74,18 @@ public:
         invert();
         Vector x = start_[0], y = start_[1];
         Mask walking = x == x, sound = apart_ > 0.0;
-        Vector first_x{}, first_y{}, last_x{}, last_y{}, last_side{};
+        Vector first_x{}, first_y{}, last_x{}, last_y{};
         twice_area_ = radius2_ = size_ = Vector{};
         for (std::size_t k = 0; k < most_vertices && any(walking); ++k) {
-            // (From the corner itself, others behind it on a common line would pass for ahead by
-            // rounding.)
-            const Vector from_x = outside * x, from_y = outside * y;
-            const auto [way_x, way_y] = way_to_next(from_x, from_y);
-            Vector to_x = from_x + way_x, to_y = from_y + way_y;
-            const Vector from2 = x * x + y * y, to2 = to_x * to_x + to_y * to_y;
-            if (const Mask blurred = walking & (from2 > 256.0 * to2); any(blurred)) {
-                const auto [exact_x, exact_y] = nearest_to(to_x, to_y);
-                to_x = blurred ? exact_x : to_x;
-                to_y = blurred ? exact_y : to_y;
-            }
+            const auto [to_x, to_y] = next_corner(x, y);
             const Vector dx = to_x - x, dy = to_y - y;
 
             // The vertex v between the neighbours of inverses p and p + d: p·v = ½ = (p + d)·v.
             // Nearly parallel bisectors would lose its digits.
             const Vector cross = x * to_y - y * to_x;
-            const Vector sine2 = cross * cross;
-            sound = sound & (((cross > 0.0) & (sine2 > 1e-6 * (from2 * to2))) | ~walking);
-            // From so much farther out than its own size, a corner and a point just inside of the
-            // hull look alike; the way from such a point may lead anywhere.
-            sound = sound & ((from2 < too_far * to2) | ~walking);
-            // A walk that passes its start goes around again.
-            const Vector side = start_[0] * to_y - start_[1] * to_x;
-            sound = sound & ~(walking & (last_side < 0.0) & (side > 0.0));
-            last_side = side;
+            const Vector sine2 = cross * cross,
+                         scale = (x * x + y * y) * (to_x * to_x + to_y * to_y);
+            sound = sound & (((cross > 0.0) & (sine2 > 1e-6 * scale)) | ~walking);
             const Vector half = 0.5 / cross, vx = half * dy, vy = -half * dx;
             store(&vertex_[0][k * width], vx);
             store(&vertex_[1][k * width], vy);
@@ -115,7 +99,7 @@ public:
             }
             last_x = walking ? vx : last_x;
             last_y = walking ? vy : last_y;
-            walking = walking & ((way_x != start_[0] - from_x) | (way_y != start_[1] - from_y));
+            walking = walking & ((to_x != start_[0]) | (to_y != start_[1]));
             x = to_x, y = to_y;
         }
         twice_area_ = twice_area_ + (last_x * first_y - last_y * first_x);
@@ -133,17 +117,14 @@ public:
 
 private:
     static constexpr double infinity = std::numeric_limits<double>::infinity();
-    static constexpr double outside = 1.0 + 3e-14; // of the hull
-    // Squared, 128: there, two roundings of a way are as long as `outside` is far from the corner
-    static constexpr double too_far = 16384.0;
-    static constexpr std::size_t round = 4; // points are compared in rounds of that many
+    static constexpr std::size_t chains = 4; // independent searches, to fill the pipeline
     static constexpr std::size_t most_vertices = 16;
 
     // Points become their inverses, then each lane's stand beside the others'; `start_` is that
     // of the nearest, the first corner.
     void invert() {
         const std::size_t most = *std::max_element(count_.begin(), count_.end());
-        size_of_hull_ = (most + round - 1) / round * round;
+        size_of_hull_ = (most + chains - 1) / chains * chains;
         for (std::size_t lane = 0; lane < width; ++lane) {
             double *px = &point_[0][lane * room_], *py = &point_[1][lane * room_];
             store(px + count_[lane], Vector{} + infinity); // infinitely far away: no corner
@@ -187,39 +168,26 @@ private:
         return transposed(rows);
     }
 
-    using Way = std::array<Vector, 2>;
-    // The one of two ways that leads farther to the right: b where a × b < 0
-    static Way right_of(const Way &a, const Way &b) {
-        const Mask right = a[0] * b[1] < a[1] * b[0];
-        return {right ? b[0] : a[0], right ? b[1] : a[1]};
-    }
-    // From a point outside of the hull, the way to the corner that leaves all points to the left;
-    // to the origin where there is none. Only the last comparison of a round waits for the round
-    // before.
-    Way way_to_next(Vector x, Vector y) const {
-        const double *px = inverse_[0].data(), *py = inverse_[1].data();
-        const auto way = [&](std::size_t j) {
-            return Way{load(px + j * width) - x, load(py + j * width) - y};
+    // The corner after (x, y): as seen from a point p just outside of it, of all points q the one
+    // farthest to the right, where q lies to the right of b iff (b - p) × (q - p) < 0; the origin
+    // where there is none. (From the corner itself, others behind it on a common line would pass
+    // for ahead by rounding.)
+    std::array<Vector, 2> next_corner(Vector x, Vector y) const {
+        constexpr double outside = 1.0 + 1e-14;
+        x *= outside, y *= outside;
+        std::array<Vector, chains> bx{}, by{}; // from the origin, inside the hull
+        const auto take_right = [&](std::size_t c, Vector qx, Vector qy) {
+            const Mask right = (bx[c] - x) * (qy - y) < (by[c] - y) * (qx - x);
+            bx[c] = right ? qx : bx[c];
+            by[c] = right ? qy : by[c];
         };
-        Way best{-x, -y};
-        for (std::size_t j = 0; j < size_of_hull_; j += round)
-            best = right_of(
-                best, right_of(right_of(way(j), way(j + 1)), right_of(way(j + 2), way(j + 3))));
-        return best;
-    }
-
-    // The point nearest to (x, y)
-    Way nearest_to(Vector x, Vector y) const {
-        Way nearest{};
-        Vector least2 = x * x + y * y; // to the origin
-        for (std::size_t j = 0; j < size_of_hull_ * width; j += width) {
-            const Vector qx = load(&inverse_[0][j]), qy = load(&inverse_[1][j]);
-            const Vector r2 = (qx - x) * (qx - x) + (qy - y) * (qy - y);
-            const Mask nearer = r2 < least2;
-            nearest = {nearer ? qx : nearest[0], nearer ? qy : nearest[1]};
-            least2 = nearer ? r2 : least2;
-        }
-        return nearest;
+        const double *px = inverse_[0].data(), *py = inverse_[1].data();
+        for (std::size_t j = 0; j < size_of_hull_; j += chains)
+            for (std::size_t c = 0; c < chains; ++c)
+                take_right(c, load(px + (j + c) * width), load(py + (j + c) * width));
+        for (std::size_t half = chains / 2; half > 0; half /= 2)
+            for (std::size_t c = 0; c < half; ++c) take_right(c, bx[c + half], by[c + half]);
+        return {bx[0], by[0]};
     }
 
     std::array<Numbers, 2> point_;   // j of lane i: [i * room_ + j]

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -143,18 +142,6 @@ public:
 
     const PointList<D> &points() const { return points_; }
     double reach() const { return reach_; }
-    // The typical distance between sites, as if they filled what is seen of the domain
-    double spacing() const
-        requires(D == 2)
-    {
-        double area = 1.0;
-        for (int a = 0; a < D; ++a) {
-            double lo = box_.lo[a] - reach_, hi = box_.hi[a] + reach_;
-            if (domain_ == Domain::box) lo = std::max(lo, 0.0), hi = std::min(hi, 1.0);
-            area *= hi - lo;
-        }
-        return std::sqrt(area / static_cast<double>(size()));
-    }
     // All points within this distance of a site of the family are here
     double seen_from(const Point<D> &site) const {
         double margin = std::numeric_limits<double>::infinity();
