@@ -326,7 +326,9 @@ def weight_bounds_table() -> str:
 
 
 #: Of each kind of rule one or two
-SHOWN_PEERS = ("qmc_quad", "cubature", "vegas", "qmcpy-lattice", "qmcpy-net", "control-neighbours", "cubic-2", "cubic-4")
+SHOWN_PEERS = (
+    "qmc_quad", "cubature", "vegas", "qmcpy-lattice", "qmcpy-net", "control-neighbours", "cubic-2", "cubic-4",
+)  # fmt: skip
 
 
 def peers_table() -> str:
