@@ -68,6 +68,10 @@ def drawn(page, name):
     return first
 
 
+def in_the_field(page, name):
+    return page.evaluate("(name) => Bokeh.documents[0].get_model_by_name(name).value", name)
+
+
 def place_of(page, name, index):
     """Where on the screen a sample is drawn."""
     page.locator(".picture").scroll_into_view_if_needed()
@@ -95,8 +99,13 @@ def test_drag_type_and_copy(open_page):
     page = open_page(permissions=["clipboard-read", "clipboard-write"])
     first = shown(page)
 
-    drag(page, place_of(page, "interval", 3), (150, 0))
-    moved = until(lambda: shown(page) != first and shown(page))
+    start = place_of(page, "interval", 3)
+    drag(page, start, (-150, 0))
+    until(lambda: place_of(page, "interval", 3)[0] == pytest.approx(start[0] - 150, abs=3))
+    # The fields are the last to follow, when the sample is let go: the estimate before them is that of its last place
+    until(lambda: in_the_field(page, "x") == drawn(page, "interval")["x"][3])
+    moved = shown(page)
+    assert moved != first
 
     formula = page.get_by_label("or type a formula")
     formula.fill("x.__class__")
