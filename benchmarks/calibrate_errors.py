@@ -7,16 +7,16 @@ standard errors cover the truth in 96 % of the cases on average over the familie
 jump along the axes: where the box that it bounds is smaller than a stratum, most sets miss it whole, and no factor
 helps. Writes benchmarks/results/error_scale.csv; lines of dimensions that are not measured stay.
 
-    VOROQUAD_NUM_THREADS=1 nice -n 19 python benchmarks/calibrate_errors.py [--dimensions 1,2]
+    VOROQUAD_NUM_THREADS=1 python benchmarks/calibrate_errors.py [--dimensions 1,2]
 """
 
 import argparse
-import csv
 import math
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from csv_rows import put
 from scipy import stats
 
 from voroquad._checks import whole_numbers
@@ -106,19 +106,9 @@ def main() -> None:
                 strata, order = "x".join(map(str, samples.strata)), default_order(samples.strata)
                 errors = measure(samples, order, options.members)
             covered = errors.covered(1.0)
-            lines.append(
-                list(map(str, [d, strata, order, *covered.round(3), covered.mean().round(3), least_factor(errors)]))
-            )
+            lines.append([d, strata, order, *covered.round(3), covered.mean().round(3), least_factor(errors)])
             print(*lines[-1], flush=True)
-        put(d, lines)
-
-
-def put(d: int, lines: list[list[str]]) -> None:
-    """Write a dimension's lines in the place of those that are there."""
-    with RESULTS.open(newline="", encoding="utf-8") as file:
-        kept = [line for line in list(csv.reader(file))[1:] if line[0] != str(d)]
-    with RESULTS.open("w", newline="", encoding="utf-8") as file:
-        csv.writer(file, lineterminator="\n").writerows([HEAD, *sorted([*kept, *lines], key=lambda line: int(line[0]))])
+        put(RESULTS, HEAD, lines, lambda row: int(row[0]))
 
 
 if __name__ == "__main__":

@@ -2,18 +2,18 @@
 
 Random members of the eight families, many sets each, for several dimensions and numbers of evaluations: the share of
 intervals that hold the integral, by family and on average. Members and sets are others than those that
-calibrate_errors.py fitted the error bar to. Writes benchmarks/results/coverage.csv; the lines of
-dimensions that are not measured stay.
+calibrate_errors.py fitted the error bar to. Writes benchmarks/results/coverage.csv; lines that
+are not measured stay.
 
     python benchmarks/coverage.py [--dimensions 1,2] [--sets 200]
 """
 
 import argparse
-import csv
 import warnings
 from pathlib import Path
 
 import numpy as np
+from csv_rows import put
 
 import voroquad as vq
 from voroquad._checks import whole_numbers
@@ -57,25 +57,12 @@ def main() -> None:
     options = parser.parse_args()
     warnings.filterwarnings("ignore", category=vq.IntegrationWarning)
 
-    dimensions = whole_numbers("dimensions", options.dimensions)
-    rows = [row for row in measured() if int(row[0]) not in dimensions]
-    for d in dimensions:
+    for d in whole_numbers("dimensions", options.dimensions):
         for n in EVALUATIONS[d]:
             used, shares = coverage(d, n, options.members, options.sets, options.seed)
-            rows.append([str(d), str(n), str(used), *(f"{s:.3f}" for s in (*shares, shares.mean(), shares.min()))])
-            print(*rows[-1], flush=True)
-    with RESULTS.open("w", newline="", encoding="utf-8") as file:
-        table = csv.writer(file, lineterminator="\n")
-        table.writerow(HEAD)
-        table.writerows(sorted(rows, key=lambda row: (int(row[0]), int(row[1]))))
-
-
-def measured() -> list[list[str]]:
-    """The lines that are there."""
-    if not RESULTS.exists():
-        return []
-    with RESULTS.open(newline="", encoding="utf-8") as file:
-        return list(csv.reader(file))[1:]
+            line = [d, n, used, *(f"{s:.3f}" for s in (*shares, shares.mean(), shares.min()))]
+            print(*line, flush=True)
+            put(RESULTS, HEAD, [line], lambda row: (int(row[0]), int(row[1])))
 
 
 if __name__ == "__main__":

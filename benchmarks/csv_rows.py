@@ -8,15 +8,17 @@ from pathlib import Path
 from typing import Any
 
 
-def put(path: Path, columns: Sequence[str], lines: Sequence[Sequence[object]], key: Callable[[str], Any]) -> None:
-    """Write lines in the place of those with the same first entry; all lines are ordered by `key` of that."""
+def put(
+    path: Path, columns: Sequence[str], lines: Sequence[Sequence[object]], key: Callable[[Sequence[str]], Any]
+) -> None:
+    """Write lines in the place of those with the same key; all lines are ordered by it."""
     rows = [[str(entry) for entry in line] for line in lines]
-    measured = {row[0] for row in rows}
+    measured = [key(row) for row in rows]
     if path.exists():
         with path.open(newline="", encoding="utf-8") as file:
-            rows += [row for row in list(csv.reader(file))[1:] if row[0] not in measured]
+            rows += [row for row in list(csv.reader(file))[1:] if key(row) not in measured]
     path.parent.mkdir(exist_ok=True)
     with path.open("w", newline="", encoding="utf-8") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(columns)
-        writer.writerows(sorted(rows, key=lambda row: key(row[0])))
+        writer.writerows(sorted(rows, key=key))

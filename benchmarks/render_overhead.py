@@ -116,7 +116,7 @@ def main() -> None:
     parser.add_argument("--scenes", default=",".join(SCENES), help="some of them, separated by commas")
     options = parser.parse_args()
 
-    order = list(SCENES).index
+    names = list(SCENES)
     for name in options.scenes.split(","):
         held = memory(name, options)
         own = time_pairs(name, options)
@@ -127,8 +127,8 @@ def main() -> None:
             low, high = median_interval(ratios)
             text += f"; {what} {np.median(ratios):.4f}, {low:.4f} to {high:.4f}"
         print(text, flush=True)
-        put(RESULTS / "render_overhead.csv", TIMES, own, order)
-        put(RESULTS / "render_memory.csv", MEMORY, [held], order)
+        put(RESULTS / "render_overhead.csv", TIMES, own, lambda row: names.index(row[0]))
+        put(RESULTS / "render_memory.csv", MEMORY, [held], lambda row: names.index(row[0]))
 
 
 if __name__ == "__main__":

@@ -4,17 +4,18 @@ For d = 1 to 4 and each default rule (an order; kriging with a drift of some deg
 100 strata that has it, where weights vary most, and on one of about 1000: Σ|w| on average and of the worst set, and the
 largest N |w| of any weight. What is asked of every set is Σ|w| ≤ 1.1, and of every weight N |w| ≤ 20. Grids of up to
 256 strata get `sets` sets, larger ones fewer, sets · (256 / N)³. Writes benchmarks/results/weight_bounds.csv; lines of
-dimensions that are not measured stay.
+grids that are not measured stay.
 
-    VOROQUAD_NUM_THREADS=1 nice -n 19 python benchmarks/weight_bounds.py [--dimensions 1,2] [--sets 100000]
+    VOROQUAD_NUM_THREADS=1 python benchmarks/weight_bounds.py [--dimensions 1,2] [--only 10×12] [--sets 100000]
 """
 
 import argparse
-import csv
+import itertools
 import math
 from pathlib import Path
 
 import numpy as np
+from csv_rows import put
 
 from voroquad._checks import whole_numbers
 from voroquad.kriging import model
@@ -44,6 +45,10 @@ def grids(d: int) -> list[tuple[int, ...]]:
     return list(dict.fromkeys([*first.values(), largest_grid(MANY, d)]))
 
 
+def named(grid: tuple[int, ...]) -> str:
+    return "×".join(map(str, grid))
+
+
 def bounds(strata: tuple[int, ...], sets: int, seed: int) -> list[object]:
     """The line of a grid."""
     n, d = math.prod(strata), len(strata)
@@ -57,7 +62,7 @@ def bounds(strata: tuple[int, ...], sets: int, seed: int) -> list[object]:
         largest.append(n * np.abs(weights).max(axis=1))
     s, w = np.concatenate(sums), np.concatenate(largest)
     return [
-        d, "×".join(map(str, strata)), default_order(strata), drift(strata), sets,
+        d, named(strata), default_order(strata), drift(strata), sets,
         f"{s.mean():.4f}", f"{s.std() / math.sqrt(sets):.1g}", f"{s.max():.3f}", int((s > 1.1).sum()),
         f"{w.max():.1f}", int((w > 20).sum()),
     ]  # fmt: skip
@@ -67,25 +72,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--dimensions", default="1,2,3,4")
     parser.add_argument("--sets", type=int, default=100_000)
+    parser.add_argument("--only", default="", help="a grid, as 10×12")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    for d in whole_numbers("dimensions", options.dimensions):
-        others = [line for line in measured() if line[0] != str(d)]
-        lines = []
-        for strata in grids(d):
+    for strata in itertools.chain.from_iterable(map(grids, whole_numbers("dimensions", options.dimensions))):
+        if options.only in ("", named(strata)):
             n = math.prod(strata)
             sets = options.sets if n <= ALL_SETS else round(options.sets * (ALL_SETS / n) ** 3)
-            lines.append([str(entry) for entry in bounds(strata, sets, options.seed)])
-            print(*lines[-1], flush=True)
-            with RESULTS.open("w", newline="", encoding="utf-8") as file:
-                rows = sorted([*others, *lines], key=lambda line: int(line[0]))
-                csv.writer(file, lineterminator="\n").writerows([HEAD, *rows])
-
-
-def measured() -> list[list[str]]:
-    """The lines that are there."""
-    with RESULTS.open(newline="", encoding="utf-8") as file:
-        return list(csv.reader(file))[1:]
+            line = bounds(strata, sets, options.seed)
+            print(*line, flush=True)
+            put(RESULTS, HEAD, [line], lambda row: (int(row[0]), *map(int, row[1].split("×"))))
 
 
 if __name__ == "__main__":

@@ -34,7 +34,7 @@ NOISE = {1: 12, 2: 12}
 NOISE_ELSEWHERE = 3
 
 #: Highest degree of the drift, and the fewest samples per term of it.
-DRIFT, SAMPLES_PER_TERM = 8, 12
+DRIFT, SAMPLES_PER_TERM = 9, 12
 
 
 @dataclass(frozen=True)

@@ -44,7 +44,7 @@ def weights(
     order : int, "kriging" or "auto"
         0: a sample stands for its Voronoi cell. p ≥ 1: polynomials of total degree p are integrated
         exactly; where a set has too few strata for p, the highest degree that it supports. "kriging":
-        the best prediction of a random function, a polynomial of a degree that grows with n from 0 to 8 and
+        the best prediction of a random function, a polynomial of a degree that grows with n from 0 to 9 and
         what deviates from it. "auto": what
         :func:`voroquad.quad` takes.
     debias : {"none", "bias-function", "exchange", "leave-one-out", "cross-fit", "auto"}
