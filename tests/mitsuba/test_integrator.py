@@ -326,7 +326,7 @@ DIRECT = {"type": "direct"}
         ({}, "needs one nested integrator"),
         ({"a": DIRECT, "b": DIRECT}, "needs one nested integrator"),
         ({"a": {"type": "diffuse"}}, "needs one nested integrator"),
-        ({"a": {"type": "ptracer"}}, "cannot wrap"),
+        ({"a": {"type": "ptracer"}}, r"cannot wrap ParticleTracerIntegrator: .* path, direct, depth, .* prb"),
         ({"a": {"type": "prb_projective"}}, "cannot wrap"),
         ({"a": {"type": "reweighted", "a": DIRECT}}, "cannot wrap"),
         ({"a": DIRECT, "domain": "wind"}, "unknown domain 'wind'"),
@@ -344,6 +344,7 @@ DIRECT = {"type": "direct"}
         ({"a": DIRECT, "colour": 3}, "colour"),
         ({"a": DIRECT, "table_seed": -1}, "table_seed must be"),
         ({"a": DIRECT, "table": "/nowhere.npz"}, "no table='/nowhere.npz'; make it"),
+        ({"a": DIRECT, "table": ""}, "table names no file"),
         ({"a": DIRECT, "table": "/nowhere.npz", "order": 0}, "settles order"),
     ],
 )

@@ -94,7 +94,7 @@ class Reweighted(Plain):
     samples at the pixel centres. The same seeds give the same bits on any number of threads (on processors).
 
     Derivatives are those of the image without blend; through ``prb`` and its kin with the domain ``light``, they have
-    the image's mean but emitter samples of their own.
+    the image's mean but emitter samples of their own, and equal weights.
     """
 
     plugin_name = "reweighted"
@@ -212,6 +212,14 @@ class Reweighted(Plain):
         factor = self._rays.drawn.factor
         return ray, weight if factor is None or not self._weighs_all else weight * factor, position
 
+    def lent_rays(
+        self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
+    ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
+        """With equal weights where the nested integrator draws light samples of its own: the weights know others."""
+        if self._first_hit is not None:
+            return super().sample_rays(scene, sensor, sampler)
+        return self.sample_rays(scene, sensor, sampler)
+
     def follow(
         self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool
     ) -> tuple[mi.Spectrum, mi.Bool, list[mi.Float]]:
@@ -303,6 +311,8 @@ def _table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:
     settled = [key for key in ("sampler", "order", "debias", "samples", "sets", "table_seed") if key in props]
     if settled:
         raise ValueError(f"table={props['table']!r} settles {', '.join(settled)}; leave them out")
+    if not props["table"]:
+        raise ValueError("table names no file; give one that 'voroquad table' made, or leave it out")
     try:
         table = SampleTable.load(props["table"])
     except FileNotFoundError:
