@@ -67,6 +67,8 @@ class ReweightedSlices(Reweighted):
         self.keys = {key_of_dict(key): props[key] for key in props if "@" in key}
         # A '.' is not allowed in the keys of load_dict
         self._tracks = {name.replace("/", "."): track for name, track in keyframes(props).items()}
+        if single := next((name for name, track in self._tracks.items() if len(track.times) == 1), None):
+            raise ValueError(f"{single!r} has a value at one time only, and does not move; give it another time's too")
         self.motion: dict[str, Course] = {}
         self._row = 0  # of the table, for the slice at hand
         super().__init__(props)
