@@ -115,6 +115,13 @@ def test_a_weight_on_all_light_twice_would_show(pixel_z):
     assert excess > 10
 
 
+def test_the_scenes_own_light_samples_make_the_path_tracers_image():
+    scene, nested = box(), {"type": "path", "max_depth": 4}
+    own = {"type": "reweighted", "domain": "light", "sampler": "scene", "weighted": False, "nested": nested}
+    got, expected = images(scene, 1, 16, **own)[0], images(scene, 1, 16, **nested)[0]
+    np.testing.assert_allclose(got, expected, rtol=1e-4, atol=1e-5)
+
+
 def test_noise_of_a_large_light():
     """2.5 × below uniform samples of the light, and below stratified ones."""
     scene = wall()

@@ -66,7 +66,7 @@ class Plain(ADIntegrator):
         self.nested, self._sampler = _nested_objects(props)
         self.jitter = read_property(props, "jitter", True)
         self._seed = mi.UInt32(0)
-        self.weighted = self.blend = False
+        self.weighted = self.blend = self.tabled = False
         self.samples = 0
         self._rays: CameraRays | None = None  # those of sample_rays, until sample has traced them
 

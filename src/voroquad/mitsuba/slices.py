@@ -15,7 +15,7 @@ from ..tables import SampleTable
 from .accumulation import Footprint
 from .blend import Floats
 from .domains import CameraSample
-from .integrator import Reweighted
+from .integrator import SCENE, Reweighted
 from .motion import Track, TransformTrack, key_of_dict, keyframes
 from .plain import Plain
 
@@ -74,6 +74,8 @@ class ReweightedSlices(Reweighted):
         super().__init__(props)
         if self.domain.name != "time":
             raise ValueError(f"objects move in domain 'time', got domain {self.domain.name!r}; name that")
+        if not self.tabled:
+            raise ValueError(f"objects move at the times of a table's sets, not of sampler {SCENE!r}; name another")
 
     def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
         """Raise ValueError if the shutter is closed, or if a moving parameter does not exist."""
