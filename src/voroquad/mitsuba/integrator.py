@@ -48,7 +48,7 @@ class Reweighted(Plain):
      * - sampler
        - |string|
        - Design of the sets: ``uniform``, ``stratified``, ``multi-jittered``, ``regular``, ``sobol``,
-         ``halton``, ``zero-two`` or ``orthogonal``; or ``scene``, the samples that the sampler of all else (below)
+         ``halton``, ``zero-two`` or ``orthogonal``; or ``scene``, the samples that the sampler of all else (above)
          draws anyway, which are weighed while rendering, each pixel's by themselves. (Default: ``stratified``)
      * - order
        - |int|
