@@ -121,6 +121,14 @@ def test_rounds_that_are_interrupted_end_with_the_same_bits(ball, tmp_path, monk
     assert len(list(tmp_path.iterdir())) == 4
 
 
+def test_rounds_of_the_scenes_own_samples_go_on_with_the_same_bits(ball, tmp_path):
+    own = ROUNDS | {"sampler": "scene"}
+    renderer.render(ball, tmp_path / "whole.exr", spp=48, **own)
+    renderer.render(ball, tmp_path / "parts.exr", spp=32, **own)
+    renderer.render(ball, tmp_path / "parts.exr", spp=48, resume=True, **own)
+    assert (tmp_path / "parts.exr").read_bytes() == (tmp_path / "whole.exr").read_bytes()
+
+
 def test_channels_of_rounds(ball, tmp_path):
     summary = renderer.render(ball, tmp_path / "o.exr", spp=64, **ROUNDS)
     bitmap = mi.Bitmap(str(tmp_path / "o.exr"))
