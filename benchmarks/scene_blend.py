@@ -42,18 +42,19 @@ class Errors:
         numbers = [f"{x:.4e}" for x in mean_and_error(errors)]
         self.rows.append([self.stage.case.scene, samples, domain, nested, self.spp, *numbers, "", "", "", "", ""])
 
-    def blended(self, samples: str, nested: str) -> None:
-        """Add sets of the scene's domain with equal weights, with weights and with blend."""
+    def blended(self, samples: str, nested: str, domain: str = "") -> None:
+        """Add sets of a domain, or of the scene's, with equal weights, with weights and with blend."""
         case, errors, lambdas = self.stage.case, [], []
+        domain = domain or case.domain
         for seed in range(SEEDS):
-            integrator = self.stage.sets(case.domain, samples, 100 + seed, nested)
+            integrator = self.stage.sets(domain, samples, 100 + seed, nested)
             *images, share = self.stage.three(integrator, self.spp, seed)
             errors.append([self.mse(image) for image in images])
             lambdas.append(share)
         plain, weighted, blend = zip(*errors, strict=True)
         numbers = [f"{x:.4e}" for x in (*mean_and_error(plain), np.mean(weighted), np.mean(blend))]
         numbers += [f"{x:.4f}" for x in ratio_and_error(blend, plain)]
-        self.rows.append([case.scene, samples, case.domain, nested, self.spp, *numbers, f"{np.mean(lambdas):.3f}"])
+        self.rows.append([case.scene, samples, domain, nested, self.spp, *numbers, f"{np.mean(lambdas):.3f}"])
 
 
 def rows_of(stage: Stage) -> Rows:
@@ -67,6 +68,8 @@ def rows_of(stage: Stage) -> Rows:
         errors.blended(samples, case.best)
     for domain in ("pixel", *case.joint) if case.domain == "light" else case.joint:
         errors.unweighted("sobol", domain, case.best)
+    if case.own:
+        errors.blended("scene", case.best, case.own)
     return errors.rows
 
 
@@ -80,6 +83,8 @@ def rows_of_49(stage: Stage) -> Rows:
         errors.unweighted("orthogonal", domain, "orthogonal")
     for domain in ("pixel", *case.joint) if case.domain == "light" else case.joint:
         errors.unweighted("orthogonal", domain, "multijitter")
+    for sampler in ("multijitter", "orthogonal") if case.own else ():
+        errors.blended("scene", sampler, case.own)
     return errors.rows
 
 

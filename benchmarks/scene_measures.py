@@ -42,13 +42,15 @@ Rows = list[list[object]]
 class Case:
     """A scene, its domain, and what else of a path one set can sample with it.
 
-    `best` is the sampler of Mitsuba's that does best in the scene; our sets take from it what they do not sample.
+    `best` is the sampler of Mitsuba's that does best in the scene; our sets take from it what they do not sample. `own`
+    is what is weighed of the samples that Mitsuba's samplers draw themselves, in scenes where these are hard to beat.
     """
 
     scene: str
     domain: str
     joint: tuple[str, ...]
     best: str = "multijitter"
+    own: str = ""
 
     @property
     def spectral(self) -> bool:
@@ -60,10 +62,10 @@ CASES = (
     Case("moving-camera", "time", ("pixel+time",)),
     Case("moving-objects", "time", ()),
     Case("spectral", "wavelength", ("pixel+wavelength",), "ldsampler"),
-    Case("large-light", "light", ("pixel+light",)),
-    Case("sky", "light", ("pixel+light",)),
+    Case("large-light", "light", ("pixel+light",), own="light"),
+    Case("sky", "light", ("pixel+light",), own="light"),
     Case("room", "lens", ("pixel+lens", "pixel+lens+light")),
-    Case("passage", "time", ("pixel+lens+time", "pixel+lens+time+light")),
+    Case("passage", "time", ("pixel+lens+time", "pixel+lens+time+light"), own="light"),
 )
 
 

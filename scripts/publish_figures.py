@@ -3,7 +3,7 @@
     python scripts/publish_figures.py build/figures
 
 The folder holds `study` (voroquad study), `compare` (voroquad compare depth-of-field) and `mri`
-(examples/mri_density.py). The tables stand between
+(examples/mri_density.py), or some of these: what comes from the others stays as it is. The tables stand between
 `<!-- table: NAME -->` and `<!-- end -->` and are replaced whole, so that each number there comes from a file.
 """
 
@@ -41,14 +41,18 @@ def main() -> None:
     """Publish the folder named on the command line."""
     source = Path(sys.argv[1])
     FIGURES.mkdir(parents=True, exist_ok=True)
-    for name, path in COPIES.items():
-        shutil.copy(source / path, FIGURES / name)
-    draw_teaser(source / "compare", FIGURES / "depth-of-field.png")
+    there = {folder.name for folder in source.iterdir()}
+    for name, file in COPIES.items():
+        if Path(file).parts[0] in there:
+            shutil.copy(source / file, FIGURES / name)
+    if "compare" in there:
+        draw_teaser(source / "compare", FIGURES / "depth-of-field.png")
 
-    for (page, name), table in TABLES.items():
-        path = ROOT / page
-        text = path.read_text(encoding="utf-8")
-        path.write_text(replace_table(text, name, table(source)), encoding="utf-8")
+    for (page, name), (folder, table) in TABLES.items():
+        if folder in there:
+            path = ROOT / page
+            text = path.read_text(encoding="utf-8")
+            path.write_text(replace_table(text, name, table(source)), encoding="utf-8")
 
 
 def draw_teaser(compare: Path, target: Path) -> None:
@@ -117,7 +121,7 @@ def gain_table(source: Path) -> str:
     return "\n".join(lines)
 
 
-def quad_table(source: Path) -> str:
+def quad_table() -> str:
     """Geometric means over families of qmc_quad's MSE over that of vq.quad, from the committed benchmark."""
     rows = [row for row in read(ROOT / "benchmarks" / "results" / "quad_peers.csv") if row["peer"] == "qmc_quad"]
     sizes = sorted({int(row["n"]) for row in rows})
@@ -134,11 +138,11 @@ def quad_table(source: Path) -> str:
     return "\n".join(lines)
 
 
-TABLES: dict[tuple[str, str], Callable[[Path], str]] = {
-    ("README.md", "depth-of-field"): depth_of_field_table,
-    ("README.md", "rules"): rules_table,
-    ("README.md", "quad"): quad_table,
-    ("docs/mitsuba.md", "gain"): gain_table,
+#: By page and name, the folder that a table needs, and what makes it
+TABLES: dict[tuple[str, str], tuple[str, Callable[[Path], str]]] = {
+    ("README.md", "depth-of-field"): ("compare", depth_of_field_table),
+    ("README.md", "rules"): ("study", rules_table),
+    ("docs/mitsuba.md", "gain"): ("compare", gain_table),
 }
 
 

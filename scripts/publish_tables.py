@@ -12,7 +12,7 @@ import argparse
 import csv
 import sys
 from collections.abc import Callable, Sequence
-from math import comb
+from math import comb, hypot
 from pathlib import Path
 from statistics import median
 
@@ -21,7 +21,7 @@ from publish_figures import FIGURES, ROOT, power_of_ten, quad_table, replace_tab
 from voroquad.study.genz import FAMILIES
 
 RESULTS = ROOT / "benchmarks" / "results"
-DESIGNS = {"sobol": "Sobol'"}
+DESIGNS = {"sobol": "Sobol'", "scene": "the scene's own"}
 UNBIASED = {"equal weights": True, "Voronoi cells": False}
 INTEGRANDS = {1: ("smooth", "jump"), 2: ("smooth-2d", "jump-2d")}
 
@@ -194,18 +194,21 @@ def gain_table() -> str:
 
 
 def domains_table() -> str:
-    """MSE of sets with and without the weights of their cells, where the domain makes the noise."""
+    """MSE of sets with and without the weights of their cells, and of Mitsuba's, where the domain makes the noise."""
     designs = ("uniform", "stratified", "sobol")
     names = [DESIGNS.get(design, design) for design in designs]
-    rows = [["scene", "domain", "spp", *(text for name in names for text in (name, "+ w", "gain"))]]
-    measured = [r for r in read(RESULTS / "scene_domains.csv") if (r["order"], r["debias"]) == ("0", "none")]
+    heads = (text for name in names for text in (name, "+ w", "gain"))
+    rows = [["scene", "domain", "spp", *heads, "best of Mitsuba's"]]
+    measured = [r for r in read(RESULTS / "scene_domains.csv") if r["order"] + r["debias"] in ("0none", "")]
     for key in dict.fromkeys((r["scene"], r["domain"], r["spp"]) for r in measured):
         own = {r["samples"]: r for r in measured if (r["scene"], r["domain"], r["spp"]) == key}
+        theirs = min((r for r in own.values() if not r["order"]), key=lambda r: float(r["mse"]))
         cells = [
             (scientific(float(r["mse"])), scientific(float(r["weighted_mse"])), f"{float(r['gain']):.1f}")
             for r in (own[design] for design in designs)
         ]
-        rows.append([*key, *(text for three in cells for text in three)])
+        best = f"{theirs['samples'].removeprefix('Mitsuba ')} {scientific(float(theirs['mse']))}"
+        rows.append([*key, *(text for three in cells for text in three), best])
     return markdown(rows, "ll")
 
 
@@ -244,9 +247,17 @@ def best_table() -> str:
         sets = f"{DESIGNS.get(ours['samples'], ours['samples'])}, {ours['domain']}"
         sets += " + blend" if least(ours) < float(ours["mse"]) else ", equal weights"
         errors = [scientific(least(r)) for r in (theirs, ours)]
-        ratio = f"{least(ours) / least(theirs):.2f}"
+        ratio = f"{least(ours) / least(theirs):.3f} ± {ratio_error(ours, theirs):.3f}"
         rows.append([scene, spp, theirs["all_else"], errors[0], sets, ours["all_else"], errors[1], ratio])
     return markdown(rows, "l")
+
+
+def ratio_error(ours: Row, theirs: Row) -> float:
+    """Standard error of the ratio of two rows' MSE: of pairs where they have the same samples."""
+    if ours["samples"] == "scene" and ours["all_else"] == theirs["all_else"]:
+        return float(ours["ratio_error"])
+    relative = (float(row["mse_error"]) / float(row["mse"]) for row in (ours, theirs))
+    return least(ours) / least(theirs) * hypot(*relative)
 
 
 def overhead_table() -> str:
@@ -275,8 +286,9 @@ def median_interval(ordered: Sequence[float]) -> tuple[float, float]:
 
 
 def least(row: Row) -> float:
-    """The MSE of a row: that with blend, if there is one and it is less."""
-    return min(float(row[name]) for name in ("mse", "blend_mse") if row[name])
+    """The MSE of a row: that with blend, if there is one and it is less, or the samples are Mitsuba's own."""
+    names = ("blend_mse",) if row["samples"] == "scene" else ("mse", "blend_mse")
+    return min(float(row[name]) for name in names if row[name])
 
 
 def scene_bias_table() -> str:
@@ -432,7 +444,7 @@ def density_table() -> str:
 
 
 TABLES: dict[str, dict[str, Callable[[], str]]] = {
-    "../README.md": {"cells": cells_summary},
+    "../README.md": {"cells": cells_summary, "quad": quad_table},
     "mri.md": {"mri": density_table},
     "quadrature.md": {
         "weight-bounds": weight_bounds_table,
@@ -460,7 +472,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "overhead": overhead_table,
     },
     "peers.md": {
-        "quad": lambda: quad_table(ROOT),
+        "quad": quad_table,
         "cubic": cubic_table,
         "neighbours": neighbours_table,
         "cells": cells_table,

@@ -1,3 +1,5 @@
+import errno
+import os
 from pathlib import Path
 
 import pytest
@@ -15,6 +17,15 @@ def test_a_file_is_whole_or_as_it_was(tmp_path):
         raise KeyboardInterrupt
     assert target.read_text() == "new"
     assert [p.name for p in target.parent.iterdir()] == ["out.csv"]
+
+
+def test_a_full_disk_is_told_with_the_files_name(tmp_path):
+    target = tmp_path / "out.csv"
+    with pytest.raises(OSError, match=r"No space left on device: .*out\.csv'"), atomic_path(target):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    with pytest.raises(FileNotFoundError, match="elsewhere"), atomic_path(target):
+        Path("elsewhere").read_text()
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_a_directory_is_whole_or_as_it_was(tmp_path):

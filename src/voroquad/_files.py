@@ -17,7 +17,8 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside `path`, of the same suffix; rename it to `path` on success.
 
     On an exception (Ctrl-C too) the temporary file is removed and `path` is as it was. A link is
-    followed; a device or a pipe is written as it is.
+    followed; a device or a pipe is written as it is. What fails without a file's name, as a write to a full
+    disk does, gets that of `path`.
     """
     if Path(path).is_dir():
         raise IsADirectoryError(errno.EISDIR, "Is a directory", os.fspath(path))
@@ -36,6 +37,10 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
         try:
             yield temporary
             temporary.replace(target)
+        except OSError as error:
+            if error.filename in (None, name):
+                raise type(error)(error.errno, error.strerror or str(error), os.fspath(path)) from None
+            raise
         finally:
             temporary.unlink(missing_ok=True)
 

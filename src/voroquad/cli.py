@@ -255,7 +255,7 @@ def render(
     spp: Annotated[
         int | None, typer.Option(help="Samples per pixel; 64 unless --time or --target-error end it.")
     ] = None,
-    sampler: Annotated[str, typer.Option(help="Design of the sets, such as uniform or sobol.")] = "stratified",
+    sampler: Annotated[str, typer.Option(help="Design of the sets, such as sobol, or scene: its own.")] = "stratified",
     order: Order = 0,
     debias: Debias = "none",
     weighted: Annotated[bool, typer.Option(help="Use the weights, or the same samples without.")] = True,

@@ -173,14 +173,15 @@ class Rule:
 
 
 def find_rule(samples: SampleSet, order: int | str, debias: str) -> Rule:
-    """The rule for a set; ValueError with the list of rules if there is none."""
+    """The rule for a set; ValueError with those nearest to it if there is none."""
     for rule in RULES:
         wanted = rule.debias != "none" if debias == "auto" else rule.debias == debias
         if wanted and rule.covers(samples, order):
             return rule
+    near = [rule for rule in RULES if rule.debias == debias or rule.covers(samples, order)] or RULES
     raise ValueError(
         f"no rule for order={order!r}, debias={debias!r}, design {samples.design!r}, d = {samples.d}, "
-        f"n = {samples.n}; there are: " + "; ".join(map(str, RULES))
+        f"n = {samples.n}; there are: " + "; ".join(map(str, near))
     )
 
 

@@ -97,6 +97,24 @@ def test_wavelength():
 
 
 @pytest.mark.usefixtures("spectral")
+def test_the_scenes_own_wavelengths():
+    """What Mitsuba's sampler draws for u is weighed at 4u on the circle."""
+    scene = lamp_scene()
+    common = {"domain": "wavelength", "jitter": False, "blend": "off"}
+    truth = image(scene, 4096, sampler="stratified", **common)
+    own = common | {"sampler": "scene", "own": {"type": "multijitter"}}
+    assert mse(scene, truth, **own) < mse(scene, truth, weighted=False, **own) / 2
+
+
+def test_the_scenes_own_times():
+    scene = moving_scene()
+    common = {"domain": "time", "jitter": False, "blend": "off"}
+    truth = image(scene, 4096, sampler="stratified", **common)
+    own = common | {"sampler": "scene", "own": {"type": "independent"}}
+    assert mse(scene, truth, **own) < mse(scene, truth, weighted=False, **own) / 10
+
+
+@pytest.mark.usefixtures("spectral")
 def test_wavelengths_are_weighed_on_a_circle():
     """A function of the wavelength seen alike by all four: exact weights on the circle sum up the whole spectrum."""
     scene = lamp_scene()

@@ -191,6 +191,29 @@ def test_sets_smaller_than_a_pixels_samples(scene):
 # ---------------------------------------------------------------------- the table
 
 
+@pytest.mark.parametrize("domain", ["lens", "pixel", "pixel+lens"])
+def test_the_scenes_own_samples_stay_and_are_weighed(scene, domain):
+    """Without weights it is the nested integrator's image; with them, each pixel's set has those of `weights`."""
+    own = {"sampler": "scene", "domain": domain, "scene_sampler": {"type": "multijitter"}}
+    nested = image(scene, plugin("plain", scene_sampler={"type": "multijitter"}), 16, seed=3)
+    equal = image(scene, plugin(weighted=False, **own), 16, seed=3)
+    np.testing.assert_allclose(equal, nested, rtol=1e-5, atol=1e-6)
+    integrator = plugin(**own)
+    sampler, spp = integrator.prepare(scene.sensors()[0], 3, 16)
+    drawn = integrator.camera_rays(scene.sensors()[0], sampler).drawn
+    axes = [axis for part in domain.split("+") for axis in getattr(drawn, part)]
+    points = np.stack([np.array(axis, np.float64) for axis in axes], -1).reshape(-1, spp, len(axes))
+    factors = np.array(drawn.factor).reshape(-1, spp)
+    np.testing.assert_allclose(factors, spp * vq.weights(points), rtol=1e-6)
+
+
+def test_weights_of_the_scenes_own_samples_lower_the_error(scene):
+    common = {"sampler": "scene", "jitter": False, "blend": "off", "scene_sampler": {"type": "independent"}}
+    truth = image(scene, plugin(sampler="sobol", weighted=False, jitter=False), 4096)
+    mse = [np.mean((image(scene, plugin(weighted=w, **common), 64, seed=1) - truth) ** 2) for w in (False, True)]
+    assert mse[1] < mse[0] / 3
+
+
 def test_seed_and_table_seed_choose_the_samples(scene):
     first = image(scene, plugin(jitter=False), 16, seed=1)
     np.testing.assert_allclose(image(scene, plugin(jitter=False), 16, seed=1), first, atol=1e-5)
@@ -326,12 +349,13 @@ DIRECT = {"type": "direct"}
         ({}, "needs one nested integrator"),
         ({"a": DIRECT, "b": DIRECT}, "needs one nested integrator"),
         ({"a": {"type": "diffuse"}}, "needs one nested integrator"),
-        ({"a": {"type": "ptracer"}}, "cannot wrap"),
+        ({"a": {"type": "ptracer"}}, r"cannot wrap ParticleTracerIntegrator: .* path, direct, depth, .* prb"),
         ({"a": {"type": "prb_projective"}}, "cannot wrap"),
         ({"a": {"type": "reweighted", "a": DIRECT}}, "cannot wrap"),
         ({"a": DIRECT, "domain": "wind"}, "unknown domain 'wind'"),
         ({"a": DIRECT, "sampler": "random"}, "unknown sampler 'random'"),
         ({"a": DIRECT, "debias": "exchange"}, "no rule"),
+        ({"a": DIRECT, "sampler": "scene", "order": 1}, "no rule for order=1, .* design 'scene'"),
         ({"a": DIRECT, "order": "high"}, "order must be a whole number"),
         ({"a": DIRECT, "jitter": 1}, "jitter must be true or false"),
         ({"a": DIRECT, "sets": -1}, "sets must be"),
@@ -344,6 +368,7 @@ DIRECT = {"type": "direct"}
         ({"a": DIRECT, "colour": 3}, "colour"),
         ({"a": DIRECT, "table_seed": -1}, "table_seed must be"),
         ({"a": DIRECT, "table": "/nowhere.npz"}, "no table='/nowhere.npz'; make it"),
+        ({"a": DIRECT, "table": ""}, "table names no file"),
         ({"a": DIRECT, "table": "/nowhere.npz", "order": 0}, "settles order"),
     ],
 )

@@ -115,6 +115,13 @@ def test_a_weight_on_all_light_twice_would_show(pixel_z):
     assert excess > 10
 
 
+def test_the_scenes_own_light_samples_make_the_path_tracers_image():
+    scene, nested = box(), {"type": "path", "max_depth": 4}
+    own = {"type": "reweighted", "domain": "light", "sampler": "scene", "weighted": False, "nested": nested}
+    got, expected = images(scene, 1, 16, **own)[0], images(scene, 1, 16, **nested)[0]
+    np.testing.assert_allclose(got, expected, rtol=1e-4, atol=1e-5)
+
+
 def test_noise_of_a_large_light():
     """2.5 × below uniform samples of the light, and below stratified ones."""
     scene = wall()
@@ -161,6 +168,26 @@ def test_derivatives_are_those_of_the_weighted_image():
     np.testing.assert_allclose(derivative[..., :3], difference[..., :3], rtol=1e-3, atol=1e-4)
 
 
+def test_derivatives_through_prb_have_equal_weights():
+    """It draws light samples of its own: the weights of a set's would be noise."""
+    scene = wall()
+    rule = {"domain": "pixel+light", "sampler": "stratified", "order": 1, "debias": "leave-one-out", "sets": 8}
+    parameters = mi.traverse(scene)
+    derivatives = []
+    for weighted in (True, False):
+        theta = mi.Float(1)
+        dr.enable_grad(theta)
+        parameters["light.emitter.radiance.value"] = theta
+        parameters.update()
+        dr.set_grad(theta, 1)
+        dr.enqueue(dr.ADMode.Forward, theta)
+        nested = {"type": "prb", "max_depth": 3}
+        integrator = mi.load_dict({"type": "reweighted", "nested": nested, "weighted": weighted, **rule})
+        derivatives.append(np.array(integrator.render_forward(scene, parameters, seed=5, spp=16)))
+    assert np.abs(derivatives[0]).max() > 0.1
+    np.testing.assert_allclose(*derivatives, rtol=1e-5, atol=1e-6)
+
+
 @pytest.mark.parametrize(
     ("nested", "message"),
     [
@@ -174,6 +201,13 @@ def test_derivatives_are_those_of_the_weighted_image():
 def test_nested_integrators_that_do_not_fit(nested, message):
     with pytest.raises(ValueError, match=message), one_line_errors():
         mi.load_dict({"type": "reweighted", "domain": "light", "nested": nested})
+
+
+def test_prb_is_known_after_a_change_of_variant():
+    """Its base classes are those of the variant."""
+    for variant in ("llvm_ad_spectral", "llvm_ad_rgb"):
+        mi.set_variant(variant)
+        mi.load_dict({"type": "reweighted", "domain": "light", "nested": {"type": "prb"}})
 
 
 def test_a_scene_without_light():

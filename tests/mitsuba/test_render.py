@@ -6,6 +6,7 @@ import gc
 import itertools
 import json
 import os
+import resource
 import subprocess
 import sys
 import time
@@ -120,6 +121,14 @@ def test_rounds_that_are_interrupted_end_with_the_same_bits(ball, tmp_path, monk
     assert len(list(tmp_path.iterdir())) == 4
 
 
+def test_rounds_of_the_scenes_own_samples_go_on_with_the_same_bits(ball, tmp_path):
+    own = ROUNDS | {"sampler": "scene"}
+    renderer.render(ball, tmp_path / "whole.exr", spp=48, **own)
+    renderer.render(ball, tmp_path / "parts.exr", spp=32, **own)
+    renderer.render(ball, tmp_path / "parts.exr", spp=48, resume=True, **own)
+    assert (tmp_path / "parts.exr").read_bytes() == (tmp_path / "whole.exr").read_bytes()
+
+
 def test_channels_of_rounds(ball, tmp_path):
     summary = renderer.render(ball, tmp_path / "o.exr", spp=64, **ROUNDS)
     bitmap = mi.Bitmap(str(tmp_path / "o.exr"))
@@ -155,6 +164,7 @@ def test_plans():
     for options, message in (
         ({"spp": 100, "per_round": 30}, "take spp=90"),
         ({"spp": 1000}, "take spp=768, or a --round that divides"),
+        ({"spp": 100, "per_round": 64}, "take spp=64, or a --round that divides, such as 50"),
         ({"per_round": 0}, "round must be"),
         ({"seconds": 0}, "time must be"),
         ({"target_error": -1}, "target_error must be"),
@@ -217,6 +227,7 @@ PINHOLE = """<scene version="3.0.0"><sensor type="perspective"/><shape type="sph
         ("depth-of-field", ["--spp", "13"], "nearest that do are n = 12"),
         ("depth-of-field", ["--spp", "0"], "spp must be"),
         ("depth-of-field", ["--size", "big"], "size must look like 320x240"),
+        ("depth-of-field", ["--size", "100000x100000"], "10000000000 pixels; take 134217728 at most"),
         ("depth-of-field", ["--domain", "wind"], "unknown domain 'wind'"),
     ],
 )
@@ -242,6 +253,18 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, monkeypatch, capsys,
     # The error's frames hold the scene, and Dr.Jit traces the materials of every scene alive into each kernel
     del end
     gc.collect()
+
+
+@pytest.mark.parametrize("suffix", ["exr", "png"])
+def test_a_full_disk_is_told_with_the_images_name(tmp_path, suffix):
+    soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (1024, hard))
+    try:
+        with pytest.raises(OSError, match=rf"File too large: .*o\.{suffix}'"):
+            renderer.write_image(np.random.default_rng(0).random((64, 64, 3)), tmp_path / f"o.{suffix}")
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (soft, hard))
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_unknown_sampler_and_image_format(tmp_path):

@@ -22,7 +22,7 @@ except ImportError as error:
 
 OLDEST_LLVM = 17
 #: Modules of plug-ins, whose base classes are those of a variant
-_PLUGINS = tuple(f"{__name__}.{name}" for name in ("plain", "integrator", "slices", "sensors"))
+_PLUGINS = tuple(f"{__name__}.{name}" for name in ("plain", "lights", "integrator", "slices", "sensors"))
 
 
 def check_llvm() -> None:

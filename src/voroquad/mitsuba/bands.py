@@ -120,7 +120,7 @@ class Camera:
         film = self.scene.sensors()[0].film()
         spp = self.integrator.granted(self.scene.sensors()[0], spp)
         table = None
-        if self._shot.kind == "reweighted":
+        if self.integrator.tabled:
             table = self._pool.share(table_of, self.integrator.recipe(self.integrator.samples or spp, table_seed))
         shape = self._footprint.strip_shape(spp, self.integrator.channels(film), 3 * self.integrator.weighted)
         count = len(self._footprint.bands(spp))

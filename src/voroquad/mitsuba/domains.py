@@ -47,6 +47,10 @@ class Domain:
         """Put the table's coordinates u into the camera sample."""
         raise NotImplementedError
 
+    def coordinates(self, drawn: CameraSample) -> list[mi.Float]:
+        """Its own coordinates u of the camera sample."""
+        raise NotImplementedError
+
 
 class Pixel(Domain):
     """The point of the pixel's area, d = 2."""
@@ -55,6 +59,9 @@ class Pixel(Domain):
 
     def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
         drawn.pixel = mi.Point2f(u)
+
+    def coordinates(self, drawn: CameraSample) -> list[mi.Float]:
+        return [*drawn.pixel]
 
 
 class Lens(Domain):
@@ -72,6 +79,9 @@ class Lens(Domain):
     def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
         drawn.lens = mi.Point2f(u)
 
+    def coordinates(self, drawn: CameraSample) -> list[mi.Float]:
+        return [*drawn.lens]
+
 
 class Time(Domain):
     """The time between opening and closing of the shutter, d = 1."""
@@ -87,6 +97,9 @@ class Time(Domain):
 
     def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
         (drawn.time,) = u
+
+    def coordinates(self, drawn: CameraSample) -> list[mi.Float]:
+        return [drawn.time]
 
 
 class Wavelength(Domain):
@@ -108,6 +121,10 @@ class Wavelength(Domain):
     def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
         drawn.wavelength = u[0] / dr.size_v(mi.Spectrum)  # of 4: exact, hence below 1/4 as v is below 1
 
+    def coordinates(self, drawn: CameraSample) -> list[mi.Float]:
+        periods = drawn.wavelength * dr.size_v(mi.Spectrum)
+        return [periods - dr.floor(periods)]
+
 
 class Light(Domain):
     """The emitter sample at the first hit: which emitter, and the point on it, d = 2."""
@@ -120,6 +137,9 @@ class Light(Domain):
 
     def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
         drawn.light = mi.Point2f(u)
+
+    def coordinates(self, drawn: CameraSample) -> list[mi.Float]:
+        return [*drawn.light]
 
 
 class Joint(Domain):
@@ -138,6 +158,9 @@ class Joint(Domain):
         for part in self.parts:
             part.place(drawn, u[: part.dimension])
             u = u[part.dimension :]
+
+    def coordinates(self, drawn: CameraSample) -> list[mi.Float]:
+        return [u for part in self.parts for u in part.coordinates(drawn)]
 
 
 DOMAINS: dict[str, type[Domain]] = {domain.name: domain for domain in (Lens, Time, Wavelength, Light, Pixel)}

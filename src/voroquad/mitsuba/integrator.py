@@ -11,9 +11,10 @@ import numpy as np
 
 from .. import orthogonal
 from .._checks import one_of, positive_int
-from ..samplers import DESIGNS, sample
+from ..cells import cells
+from ..samplers import DESIGNS, SampleSet, sample
 from ..tables import SampleTable
-from ..weights import find_rule
+from ..weights import find_rule, weights
 from .accumulation import quotient
 from .bands import table_of
 from .blend import TILE
@@ -21,6 +22,8 @@ from .domains import CameraSample, Domain, Joint, find_domain
 from .lights import FirstHit
 from .plain import CameraRays, Plain, colour, read_property
 
+#: Name of the design of sets that are no table's: those that the scene's sampler draws
+SCENE = "scene"
 #: Samples of a table, about
 TABLE_SIZE = 2**18
 
@@ -36,7 +39,7 @@ class Reweighted(Plain):
          computes derivatives by radiative backpropagation (``prb``, ...).
      * - (nested plug-in)
        - :paramtype:`sampler`
-       - Sampler for all that the sets do not sample. (Default: that of the scene's sensor)
+       - Sampler for all else that the sets do not sample. (Default: that of the scene's sensor)
      * - domain
        - |string|
        - What the sets sample: ``lens``, the aperture of a thin lens; ``time``, between opening and closing of the
@@ -45,7 +48,8 @@ class Reweighted(Plain):
      * - sampler
        - |string|
        - Design of the sets: ``uniform``, ``stratified``, ``multi-jittered``, ``regular``, ``sobol``,
-         ``halton``, ``zero-two`` or ``orthogonal``. (Default: ``stratified``)
+         ``halton``, ``zero-two`` or ``orthogonal``; or ``scene``, the samples that the sampler of all else (above)
+         draws anyway, which are weighed while rendering, each pixel's by themselves. (Default: ``stratified``)
      * - order
        - |int|
        - Order of the weights, see `voroquad.weights`. (Default: 0, Voronoi cells)
@@ -94,7 +98,7 @@ class Reweighted(Plain):
     samples at the pixel centres. The same seeds give the same bits on any number of threads (on processors).
 
     Derivatives are those of the image without blend; through ``prb`` and its kin with the domain ``light``, they have
-    the image's mean but emitter samples of their own.
+    the image's mean but emitter samples of their own, and equal weights.
     """
 
     plugin_name = "reweighted"
@@ -115,6 +119,7 @@ class Reweighted(Plain):
             self._recipe = _recipe(props, self.domain, self.weighted)
         else:
             self.samples, self._recipe = self._file.n, {}
+        self.tabled = self._recipe.get("design") != SCENE
         sets = self._file.sets if self._file else self._recipe["sets"]
         if self.blend and sets == 1:
             raise ValueError("sets must be 2 or more for blend='auto', got 1; or set blend to 'off'")
@@ -135,7 +140,7 @@ class Reweighted(Plain):
         n = self.samples or spp
         if spp % n:
             raise ValueError(f"sets of samples={n} do not divide {spp} samples per pixel; take a multiple of {n}")
-        if n != self._n:
+        if self.tabled and n != self._n:
             self._upload(self._file or table_of(self.recipe(n)))
         return sampler, spp
 
@@ -190,12 +195,27 @@ class Reweighted(Plain):
     ) -> CameraSample:
         """Draw the camera sample, replace its coordinates of the domain, and weigh it."""
         drawn = super().camera_sample(sensor, sampler, index, corner)
+        if not self.tabled:
+            return self._weigh(drawn, sampler)
         row = self.row(index, sampler.sample_count(), corner)
         values = dr.gather(mi.ArrayXf, self._rows_of_table, row, shape=(self._width, dr.width(row)))
         d = self.domain.dimension
         self.domain.place(drawn, [values[axis] for axis in range(d)])
         if self.weighted:
             drawn.factor = values[d]
+        return drawn
+
+    def _weigh(self, drawn: CameraSample, sampler: mi.Sampler) -> CameraSample:
+        """Weigh the sets that the sampler itself has drawn."""
+        if self._first_hit is not None:
+            drawn.light = mi.Point2f(sampler.next_2d())  # what a path tracer draws next
+        if self.weighted:
+            u = self.domain.coordinates(drawn)
+            dr.eval(u)
+            n = self.samples or sampler.sample_count()
+            points = np.stack([np.array(axis, np.float64) for axis in u], -1).reshape(-1, n, len(u))
+            measures = cells(points, periodic=True).measures if self._recipe["periodic"] else weights(points)
+            drawn.factor = mi.Float((n * measures).astype(np.float32).ravel())
         return drawn
 
     @property
@@ -211,6 +231,14 @@ class Reweighted(Plain):
         assert self._rays is not None
         factor = self._rays.drawn.factor
         return ray, weight if factor is None or not self._weighs_all else weight * factor, position
+
+    def lent_rays(
+        self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
+    ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
+        """With equal weights where the nested integrator draws light samples of its own: the weights know others."""
+        if self._first_hit is not None:
+            return super().sample_rays(scene, sensor, sampler)
+        return self.sample_rays(scene, sensor, sampler)
 
     def follow(
         self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool
@@ -278,7 +306,7 @@ def _names(name: str, text: str, known: Iterable[str]) -> list[str]:
 def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> dict[str, Any]:
     """How to make the table, but for the size of its sets."""
     recipe: dict[str, Any] = {
-        "design": one_of("sampler", read_property(props, "sampler", "stratified"), DESIGNS),
+        "design": one_of("sampler", read_property(props, "sampler", "stratified"), (*DESIGNS, SCENE)),
         "d": domain.dimension,
         "sets": _count(props, "sets"),
         "order": read_property(props, "order", 0),
@@ -289,11 +317,17 @@ def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> dict[str, A
         raise ValueError(f"table_seed must be at least 0, got {recipe['rng']}")
     recipe["periodic"] = domain.periodic and (recipe["order"], recipe["debias"]) == (0, "none")
     # Whether the rule exists does not depend on n: say so before anything is rendered
-    n = orthogonal.least(domain.dimension) if recipe["design"] == "orthogonal" else 2**domain.dimension
-    drawn = sample(recipe["design"], n, domain.dimension, sets=1)
+    drawn = _small_set(recipe["design"], domain.dimension)
     if weighted:
         find_rule(drawn, recipe["order"], recipe["debias"])
     return recipe | {"weighted": weighted}
+
+
+def _small_set(design: str, d: int) -> SampleSet:
+    """A set of the design, of which `SCENE` says nothing that a rule could use."""
+    if design == SCENE:
+        return SampleSet(np.zeros((1, d)), design)
+    return sample(design, orthogonal.least(d) if design == "orthogonal" else 2**d, d, sets=1)
 
 
 def _table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:
@@ -303,6 +337,8 @@ def _table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:
     settled = [key for key in ("sampler", "order", "debias", "samples", "sets", "table_seed") if key in props]
     if settled:
         raise ValueError(f"table={props['table']!r} settles {', '.join(settled)}; leave them out")
+    if not props["table"]:
+        raise ValueError("table names no file; give one that 'voroquad table' made, or leave it out")
     try:
         table = SampleTable.load(props["table"])
     except FileNotFoundError:

@@ -98,6 +98,7 @@ class FirstHit:
         on = reflects & dr.any(weight != 0)
         onward = hit.spawn_ray(hit.to_world(drawn.wo))
         onward.wavelengths = ray.wavelengths
+        sampler.next_1d()  # for the roulette that path tracers play here too: what follows is what they would draw
         found = self._onward(scene, sampler, onward, hit, drawn, weight, on)
         return Light(sampled, emission + found, valid)
 

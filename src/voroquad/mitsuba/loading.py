@@ -17,6 +17,8 @@ from .._checks import positive_int
 
 SCENES = Path(__file__).parent / "scenes"
 VARIANT, SPECTRAL_VARIANT = "llvm_ad_rgb", "llvm_ad_spectral"
+#: Of an image: its sums take some hundred bytes a pixel
+MOST_PIXELS = 2**27
 
 
 def built_in_scenes() -> list[str]:
@@ -42,7 +44,10 @@ def parse_size(text: str | None) -> tuple[int, int] | None:
     match = re.fullmatch(r"(\d+)x(\d+)", text)
     if match is None:
         raise ValueError(f"size must look like 320x240, got {text!r}")
-    return positive_int("width", int(match[1])), positive_int("height", int(match[2]))
+    width, height = positive_int("width", int(match[1])), positive_int("height", int(match[2]))
+    if width * height > MOST_PIXELS:
+        raise ValueError(f"size {text} has {width * height} pixels; take {MOST_PIXELS} at most")
+    return width, height
 
 
 def use_variant(domain: str = "") -> None:

@@ -66,7 +66,7 @@ class Plain(ADIntegrator):
         self.nested, self._sampler = _nested_objects(props)
         self.jitter = read_property(props, "jitter", True)
         self._seed = mi.UInt32(0)
-        self.weighted = self.blend = False
+        self.weighted = self.blend = self.tabled = False
         self.samples = 0
         self._rays: CameraRays | None = None  # those of sample_rays, until sample has traced them
 
@@ -175,6 +175,12 @@ class Plain(ADIntegrator):
         # A box filter counts the whole pixel: its corner avoids rounding into the next one
         box = sensor.film().rfilter().is_box_filter()
         return rays.ray, rays.weight, mi.Point2f(rays.corner) if box else rays.position
+
+    def lent_rays(
+        self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
+    ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
+        """Those of `sample_rays`, for a nested integrator that follows them by itself."""
+        return self.sample_rays(scene, sensor, sampler)
 
     # ------------------------------------------------------------------ what the nested integrator does
 
@@ -315,7 +321,7 @@ class Plain(ADIntegrator):
     @contextmanager
     def _camera_lent(self) -> Iterator[None]:
         """Let the nested integrator draw its camera rays by our steps."""
-        self.nested.prepare, self.nested.sample_rays = self.prepare, self.sample_rays
+        self.nested.prepare, self.nested.sample_rays = self.prepare, self.lent_rays
         try:
             yield
         finally:
@@ -342,6 +348,10 @@ def colour(radiance: mi.Spectrum, wavelengths: Any) -> mi.Color3f:
 
 # ---------------------------------------------------------------------- properties
 
+#: Mitsuba's integrators that follow given camera rays
+FOLLOWING = (
+    "path", "direct", "depth", "volpath", "volpathmis", "aov", "moment", "prb", "prb_basic", "prbvolpath",
+)  # fmt: skip
 _KINDS = {bool: "true or false", int: "a whole number", str: "a name"}
 Value = TypeVar("Value", bool, int, str)
 
@@ -369,7 +379,7 @@ def _nested_objects(props: mi.Properties) -> tuple[mi.Integrator, mi.Sampler | N
     if not follows_rays:
         raise ValueError(
             f"'{name}' cannot wrap {integrator.class_name()}: it draws its own rays; "
-            "nest one that follows given ones, such as 'path', 'direct', 'volpath' or 'prb'"
+            f"nest one that follows given ones: {', '.join(FOLLOWING)}"
         )
     return integrator, samplers[0] if samplers else None
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import errno
 import itertools
 import math
 import os
@@ -53,9 +54,17 @@ def write_image(image: Image, path: str | os.PathLike[str]) -> None:
     suffix = one_of("image format", Path(path).suffix.lower(), (".exr", ".png"))
     with atomic_path(path) as temporary:
         if suffix == ".exr":
-            mi.Bitmap(image.astype(np.float32)).write(str(temporary))
+            _write(mi.Bitmap(image.astype(np.float32)), temporary)
         else:
-            mi.Bitmap((srgb(rgb(image)) * 255 + 0.5).astype(np.uint8)).write(str(temporary))
+            _write(mi.Bitmap((srgb(rgb(image)) * 255 + 0.5).astype(np.uint8)), temporary)
+
+
+def _write(bitmap: mi.Bitmap, path: Path) -> None:
+    """Write a bitmap; of Mitsuba's error the reason, such as a full disk: who knows the file's own name adds it."""
+    try:
+        bitmap.write(str(path))
+    except RuntimeError as error:
+        raise OSError(errno.EIO, str(error).rpartition(": ")[2]) from None
 
 
 def rgb(image: Image) -> Image:
@@ -100,10 +109,11 @@ class Plan:
         for name, value in (("time", self.seconds), ("target_error", self.target_error)):
             if value is not None and not 0 < value < math.inf:
                 raise ValueError(f"{name} must be a number above 0, got {value}")
-        if self.rounds is not None and self.rounds * self.n != self.samples:
+        if self.samples is not None and self.rounds is not None and self.rounds * self.n != self.samples:
+            divisors = [n for n in range(1, self.samples + 1) if self.samples % n == 0]
             raise ValueError(
-                f"rounds of {self.n} do not divide spp={self.samples}; "
-                f"take spp={self.rounds * self.n}, or a --round that divides"
+                f"rounds of {self.n} do not divide spp={self.samples}; take spp={self.rounds * self.n}, "
+                f"or a --round that divides, such as {min(divisors, key=lambda n: abs(n - self.n))}"
             )
 
     @property
@@ -176,7 +186,7 @@ def write_rounds(scene: mi.Scene, integrator: mi.Integrator, rounds: Rounds, out
         layers, own = [*layers, rounds.variance], [*own, "variance.R", "variance.G", "variance.B"]
     with atomic_path(out) as temporary:
         pixels = np.concatenate(layers, -1, dtype=np.float32)
-        mi.Bitmap(pixels, mi.Bitmap.PixelFormat.MultiChannel, channel_names=own).write(str(temporary))
+        _write(mi.Bitmap(pixels, mi.Bitmap.PixelFormat.MultiChannel, channel_names=own), temporary)
 
 
 @forgetting()

@@ -139,7 +139,9 @@ class Rounds:
         except FileNotFoundError:
             raise ValueError(f"there is no {os.fspath(path)!r} to resume from; leave --resume out") from None
         except Exception as error:  # a damaged archive fails in as many ways as zipfile, numpy and json have parts
-            raise ValueError(f"{os.fspath(path)!r} is no state of a render or is damaged ({error})") from None
+            raise ValueError(
+                f"{os.fspath(path)!r} is no state of a render or is damaged ({error}); leave --resume out to begin anew"
+            ) from None
         other = sorted(name for name in known.keys() | key.keys() if known.get(name) != key.get(name))
         if other or not current:
             what = "; ".join(f"{name} is {key.get(name)!r}, was {known.get(name)!r}" for name in other) or "its format"

@@ -15,7 +15,7 @@ from ..tables import SampleTable
 from .accumulation import Footprint
 from .blend import Floats
 from .domains import CameraSample
-from .integrator import Reweighted
+from .integrator import SCENE, Reweighted
 from .motion import Track, TransformTrack, key_of_dict, keyframes
 from .plain import Plain
 
@@ -67,11 +67,15 @@ class ReweightedSlices(Reweighted):
         self.keys = {key_of_dict(key): props[key] for key in props if "@" in key}
         # A '.' is not allowed in the keys of load_dict
         self._tracks = {name.replace("/", "."): track for name, track in keyframes(props).items()}
+        if single := next((name for name, track in self._tracks.items() if len(track.times) == 1), None):
+            raise ValueError(f"{single!r} has a value at one time only, and does not move; give it another time's too")
         self.motion: dict[str, Course] = {}
         self._row = 0  # of the table, for the slice at hand
         super().__init__(props)
         if self.domain.name != "time":
             raise ValueError(f"objects move in domain 'time', got domain {self.domain.name!r}; name that")
+        if not self.tabled:
+            raise ValueError(f"objects move at the times of a table's sets, not of sampler {SCENE!r}; name another")
 
     def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
         """Raise ValueError if the shutter is closed, or if a moving parameter does not exist."""
