@@ -334,6 +334,13 @@ def test_a_neighbour_far_nearer_than_two_near_twins():
         assert abs(vq.cells(points, periodic=periodic).measures.sum() - 1) < 1e-12
 
 
+def test_octaves_in_space():
+    """Cells of many vertices, of which a plane cuts off several pieces at a time."""
+    points = 2.0 ** -np.random.default_rng(0).integers(1, 300, (1000, 3))
+    for periodic in (False, True):
+        assert abs(vq.cells(points, periodic=periodic).measures.sum() - 1) < 1e-12
+
+
 def test_complex_points_are_refused():
     with pytest.raises(ValueError, match="points must be real, got complex numbers"):
         vq.cells([[0.2 + 0.3j, 0.5]])
