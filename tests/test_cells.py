@@ -334,6 +334,13 @@ def test_a_neighbour_far_nearer_than_two_near_twins():
         assert abs(vq.cells(points, periodic=periodic).measures.sum() - 1) < 1e-12
 
 
+def test_octaves_in_space():
+    """Cells of many vertices, of which a plane cuts off several pieces at a time."""
+    points = 2.0 ** -np.random.default_rng(0).integers(1, 300, (1000, 3))
+    for periodic in (False, True):
+        assert abs(vq.cells(points, periodic=periodic).measures.sum() - 1) < 1e-12
+
+
 def test_complex_points_are_refused():
     with pytest.raises(ValueError, match="points must be real, got complex numbers"):
         vq.cells([[0.2 + 0.3j, 0.5]])
@@ -346,6 +353,12 @@ import sys, numpy as np, voroquad as vq
 x = np.random.default_rng(3).random((3000, int(sys.argv[1])))
 x[:500] *= 1e-3
 print(vq.cells(x).measures.tobytes().hex())
+for seed in range(200):  # many sites that are equally near to a corner: octaves along a few rays
+    rng = np.random.default_rng(seed)
+    angle, height, octave = np.pi / 6 * rng.integers(0, 12, 26), rng.integers(-1, 2, 26), rng.integers(0, 60, 26)
+    rays = 0.5 + 0.49 * (2.0**-octave * [np.cos(angle), np.sin(angle), height]).T[:, : x.shape[1]]
+    for periodic in (False, True):
+        print(vq.cells(rays, periodic=periodic).measures.tobytes().hex())
 """
     levels = _core.processor_levels()
     outputs = [

@@ -66,6 +66,7 @@ private:
     struct FarSite {
         std::size_t site;
         Point<D> turn;
+        bool operator==(const FarSite &) const = default;
     };
     Point<D> seen(const FarSite &far) const {
         Point<D> q = tree_->site(far.site);
@@ -86,7 +87,7 @@ private:
     void wrap_leaves(std::size_t family, Visit &&visit) {
         const std::size_t first = tree_->family_begin(family);
         const std::size_t last = tree_->family_begin(family + 1);
-        const double near = 0.86 * around_.reach();
+        const double near = std::min(around_.reach(), 2.7 * around_.spacing());
         near2_ = near * near;
         again_.clear();
         far_ = 0;
@@ -106,9 +107,9 @@ private:
             const std::size_t count = std::min(width, again_.size() - i);
             for (std::size_t k = 0; k < count; ++k) {
                 move_to(again_[i + k].site);
-                group[k] = {again_[i + k].site, std::min(again_[i + k].to, seen2_)};
+                group[k] = {again_[i + k].site, std::min(again_[i + k].to, seen2())};
             }
-            wrap({group.data(), count}, around_.points(), first_, domain_ == Domain::box, visit);
+            wrap({group.data(), count}, around_.points(), first_, true, visit);
         }
     }
 
@@ -123,10 +124,7 @@ private:
             move_to(site);
             wraps_.add_all(lane,
                            [&](auto &&add) { points.nearer_than(to, site_, site - first, add); });
-            if (mirrors)
-                for_each_mirror([&](const Point<2> &q) {
-                    if (dot<2>(q, q) < to) wraps_.add(lane, q);
-                });
+            if (mirrors) for_each_mirror([&](const Point<2> &q) { wraps_.add(lane, q); });
         }
         wraps_.wrap();
         for (std::size_t lane = 0; lane < sites.size(); ++lane) {
@@ -142,15 +140,12 @@ private:
                 const double wanted =
                     sound ? reach2(cell) : std::numeric_limits<double>::infinity();
                 again_.push_back({site, wanted});
-                far_ += wanted > seen2_;
+                far_ += wanted > seen2();
                 continue;
             }
             around_.stand_at(site_, site - first_);
             if (sound) {
                 cell_.assign(cell);
-                for_each_mirror([&](const Point<2> &q) {
-                    if (dot<2>(q, q) < reach2(cell_)) cell_.clip(q);
-                });
             } else {
                 cell_.reset(side_);
                 clip_between(0.0, near2_);
@@ -184,22 +179,36 @@ private:
             side_.lo[a] = domain_ == Domain::box ? -site_[a] : -0.5;
             side_.hi[a] = domain_ == Domain::box ? 1.0 - site_[a] : 0.5;
         }
+    }
+
+    // Points nearer than that (squared) to the site are all around.
+    double seen2() const {
         const double seen = around_.seen_from(site_);
-        seen2_ = seen * seen * (1.0 - 1e-12);
+        return seen * seen * (1.0 - 1e-12);
     }
 
     // Clips with all points that are not nearer than `from` (squared) and may still cut the cell.
     void finish(double from) {
-        clip_between(from, reach2(cell_));
-        if (reach2(cell_) > seen2_) search_far();
+        if constexpr (D == 2) { // few vertices: they tell at once which points do
+            chosen_.clear();
+            around_.cutting(cell_, from, [&](std::size_t i) { choose(i); });
+            clip_with_chosen(from, reach2(cell_));
+        } else {
+            clip_between(from, reach2(cell_));
+        }
+        if (reach2(cell_) > seen2()) search_far();
     }
 
-    // Clips with the points around whose squared distance is at least `from` and below `to`,
-    // roughly nearest first.
+    // Clips with the points around whose squared distance is at least `from` and below `to`.
     void clip_between(double from, double to) {
         chosen_.clear();
-        around_.between(
-            from, to, [&](std::size_t i) { chosen_.push_back({around_.squared_distance(i), i}); });
+        around_.between(from, to, [&](std::size_t i) { choose(i); });
+        clip_with_chosen(from, to);
+    }
+
+    void choose(std::size_t i) { chosen_.push_back({around_.squared_distance(i), i}); }
+    // Roughly the nearest come first.
+    void clip_with_chosen(double from, double to) {
         sort_by_distance(from, to);
         for (const auto &[distance2, i] : chosen_)
             if (distance2 <= reach2(cell_)) cell_.clip(around_.point(i));
@@ -224,27 +233,48 @@ private:
     // Clips until no site is nearer to a vertex than the cell's own: then the cell is final.
     // Points of one circle around an empty middle cost no more than others that way. What bounds
     // a cell of the leaf from afar often bounds the next one too.
+    //
+    // It ends: a pass that is not the last clips with a site, or an image of one, that has not
+    // clipped the cell in a pass before. What one has cut away does not come back but for
+    // rounding, which would find it again and again.
     void search_far() {
+        clippers_.clear();
         for (const FarSite &far : far_sites_) {
             const Point<D> q = seen(far);
-            if (dot<D>(q, q) < reach2(cell_)) cell_.clip(q);
+            if (dot<D>(q, q) < reach2(cell_)) clip_with(far);
         }
         settled_.clear();
-        for (std::size_t i = 0; i < cell_.size(); ++i) {
-            const Point<D> v = cell_.vertex(i);
-            if (4.0 * dot<D>(v, v) * (1.0 + 1e-12) <= seen2_) continue;
-            if (std::find(settled_.begin(), settled_.end(), v) != settled_.end()) continue;
-            settled_.push_back(v);
-            if (const auto far = nearer_to(v)) {
-                far_sites_.push_back(*far);
-                cell_.clip(seen(*far));
-                i = static_cast<std::size_t>(-1);
-            }
-        }
+        while (clip_at_vertices()) continue;
     }
 
-    // The site nearest to a vertex v, if there is one nearer than the cell's own: the one with
-    // the greatest q·v - |q|²/2 = (|v|² - |v - q|²)/2, which keeps its digits for small q.
+    void clip_with(const FarSite &far) {
+        cell_.clip(seen(far));
+        clippers_.push_back(far);
+    }
+
+    // Clips once at each vertex that a site is nearer to; tells whether there was one. Vertices
+    // change their places then, so that some are met in the next pass only.
+    bool clip_at_vertices() {
+        const double seen2 = this->seen2();
+        bool clipped = false;
+        for (std::size_t i = 0; i < cell_.size(); ++i) {
+            const Point<D> v = cell_.vertex(i);
+            if (4.0 * dot<D>(v, v) * (1.0 + 1e-12) <= seen2) continue;
+            const auto place = std::lower_bound(settled_.begin(), settled_.end(), v);
+            if (place != settled_.end() && *place == v) continue;
+            settled_.insert(place, v);
+            if (const auto far = nearer_to(v)) {
+                clip_with(*far);
+                far_sites_.push_back(*far);
+                clipped = true;
+            }
+        }
+        return clipped;
+    }
+
+    // Of the sites that have not clipped the cell the one nearest to a vertex v, if it is nearer
+    // than the cell's own: the one with the greatest q·v - |q|²/2 = (|v|² - |v - q|²)/2, which
+    // keeps its digits for small q.
     std::optional<FarSite> nearer_to(const Point<D> &v) const {
         std::optional<FarSite> nearest;
         double gain = 0.0;
@@ -253,7 +283,6 @@ private:
         const auto visit_leaf = [&](std::size_t leaf, const Point<D> &turn) {
             const std::size_t end = tree_->leaf_begin(leaf + 1);
             for (std::size_t s = tree_->leaf_begin(leaf); s < end; s += width) {
-                // Vectors may reach into the next leaf: more sites do no harm
                 const std::array<Vector, D> p = tree_->vectors(s);
                 std::array<Vector, D> q;
                 Vector q2{}, size{}, along{};
@@ -265,8 +294,10 @@ private:
                 }
                 const Vector more = along - 0.5 * q2;
                 const Mask significant = (more > gain) & (more > rounding * size);
-                for_each_bit(bits_of(significant), [&](std::size_t i) {
-                    if (more[i] <= gain) return;
+                // Vectors may reach into the next leaf, how far depends on their width; of sites
+                // that gain the same, all must find the same one
+                for_each_bit(bits_of(significant) & first_lanes(end - s), [&](std::size_t i) {
+                    if (more[i] <= gain || has_clipped({s + i, turn})) return;
                     gain = more[i];
                     nearest = FarSite{s + i, turn};
                 });
@@ -279,6 +310,10 @@ private:
                 tree_->search(at, bound, [&](std::size_t leaf) { visit_leaf(leaf, turn); });
             });
         return nearest;
+    }
+
+    bool has_clipped(const FarSite &far) const {
+        return std::find(clippers_.begin(), clippers_.end(), far) != clippers_.end();
     }
 
     // Points at least twice the radius away cut nothing; the margin covers rounding.
@@ -295,18 +330,19 @@ private:
     const PointTree<D> *tree_ = nullptr;
     Domain domain_ = Domain::box;
     Neighbourhood<D> around_;
-    PointList<D> near_;                // of those around a leaf of the family the nearest
-    std::vector<Wanted> again_;        // with more points
-    std::size_t far_ = 0;              // of them want points from beyond those around
-    double near2_ = 0.0, seen2_ = 0.0; // squared: the nearest points come first; all are known
-    std::size_t first_ = 0;            // site of the family
+    PointList<D> near_;         // of those around a leaf of the family the nearest
+    std::vector<Wanted> again_; // with more points
+    std::size_t far_ = 0;       // of them want points from beyond those around
+    double near2_ = 0.0;        // squared: the nearest points come first
+    std::size_t first_ = 0;     // site of the family
     Point<D> site_{};
     Box<D> side_{}; // the domain as the site sees it
     ConvexCell<D> cell_;
     GiftWrap wraps_;
     std::vector<Chosen> chosen_, sorted_;
     std::vector<FarSite> far_sites_; // that the leaf's cells have met
-    std::vector<Point<D>> settled_;  // vertices that no other site is nearer to
+    std::vector<FarSite> clippers_;  // of them those that have clipped the cell
+    std::vector<Point<D>> settled_;  // vertices that no other site is nearer to, in order
 };
 
 // Scratch space for one set after another.
@@ -345,6 +381,10 @@ void cell_measures(const PointView<D> &points, Domain domain, double *measures,
         if (points.size() == 0) return;
         work.tree.build(points);
         const auto share = [&](std::size_t site, const auto &cell, unsigned) {
+            // Measures of points in no order are far apart: their places are fetched ahead, or
+            // later stores would wait behind them.
+            const std::size_t soon = std::min(site + 64, work.tree.sites() - 1);
+            __builtin_prefetch(&measures[work.tree.points_at(soon).front()], 1);
             const auto here = work.tree.points_at(site);
             const double measure = cell.measure() / static_cast<double>(here.size());
             for (const std::size_t i : here) measures[i] = measure;

@@ -74,7 +74,7 @@ public:
         invert();
         Vector x = start_[0], y = start_[1];
         Mask walking = x == x, sound = apart_ > 0.0;
-        Vector first_x{}, first_y{}, last_x{}, last_y{};
+        Vector first_x{}, first_y{}, last_x{}, last_y{}, last_side{};
         twice_area_ = radius2_ = size_ = Vector{};
         for (std::size_t k = 0; k < most_vertices && any(walking); ++k) {
             const auto [to_x, to_y] = next_corner(x, y);
@@ -83,9 +83,17 @@ public:
             // The vertex v between the neighbours of inverses p and p + d: p·v = ½ = (p + d)·v.
             // Nearly parallel bisectors would lose its digits.
             const Vector cross = x * to_y - y * to_x;
-            const Vector sine2 = cross * cross,
-                         scale = (x * x + y * y) * (to_x * to_x + to_y * to_y);
-            sound = sound & (((cross > 0.0) & (sine2 > 1e-6 * scale)) | ~walking);
+            const Vector from2 = x * x + y * y, to2 = to_x * to_x + to_y * to_y;
+            const Mask clear = (cross > 0.0) & (cross * cross > 1e-6 * (from2 * to2));
+            // From so much farther out than its own size, a corner and a point just inside of the
+            // hull look alike; the way from such a point may lead anywhere.
+            const Mask distinct = from2 < too_far * to2;
+            // A walk that passes its start would go around again.
+            const Mask closed = (to_x == start_[0]) & (to_y == start_[1]);
+            const Vector side = start_[0] * to_y - start_[1] * to_x;
+            const Mask once = (last_side >= 0.0) | (side < 0.0) | closed;
+            sound = sound & ((clear & distinct & once) | ~walking);
+            last_side = side;
             const Vector half = 0.5 / cross, vx = half * dy, vy = -half * dx;
             store(&vertex_[0][k * width], vx);
             store(&vertex_[1][k * width], vy);
@@ -99,7 +107,7 @@ public:
             }
             last_x = walking ? vx : last_x;
             last_y = walking ? vy : last_y;
-            walking = walking & ((to_x != start_[0]) | (to_y != start_[1]));
+            walking = walking & sound & ~closed;
             x = to_x, y = to_y;
         }
         twice_area_ = twice_area_ + (last_x * first_y - last_y * first_x);
@@ -117,14 +125,17 @@ public:
 
 private:
     static constexpr double infinity = std::numeric_limits<double>::infinity();
-    static constexpr std::size_t chains = 4; // independent searches, to fill the pipeline
+    static constexpr double outside = 1.0 + 3e-14; // of the hull
+    // 128 squared: there two roundings of a way are as long as `outside` is far from the corner
+    static constexpr double too_far = 16384.0;
+    static constexpr std::size_t round = 4; // points are compared in rounds of that many
     static constexpr std::size_t most_vertices = 16;
 
     // Points become their inverses, then each lane's stand beside the others'; `start_` is that
     // of the nearest, the first corner.
     void invert() {
         const std::size_t most = *std::max_element(count_.begin(), count_.end());
-        size_of_hull_ = (most + chains - 1) / chains * chains;
+        size_of_hull_ = (most + round - 1) / round * round;
         for (std::size_t lane = 0; lane < width; ++lane) {
             double *px = &point_[0][lane * room_], *py = &point_[1][lane * room_];
             store(px + count_[lane], Vector{} + infinity); // infinitely far away: no corner
@@ -168,26 +179,33 @@ private:
         return transposed(rows);
     }
 
-    // The corner after (x, y): as seen from a point p just outside of it, of all points q the one
-    // farthest to the right, where q lies to the right of b iff (b - p) × (q - p) < 0; the origin
-    // where there is none. (From the corner itself, others behind it on a common line would pass
-    // for ahead by rounding.)
+    // A point, and the way to it from where the walk stands. The way has lost digits of the point
+    // that depend on where the walk comes from; so the point itself is kept.
+    struct Sight {
+        Vector x, y, way_x, way_y;
+    };
+    // The one of two that is seen farther to the right: b where a × b < 0
+    static Sight right_of(const Sight &a, const Sight &b) {
+        const Mask right = a.way_x * b.way_y < a.way_y * b.way_x;
+        return {right ? b.x : a.x, right ? b.y : a.y, right ? b.way_x : a.way_x,
+                right ? b.way_y : a.way_y};
+    }
+    // The corner after (x, y): the point that leaves all others to the left as seen from just
+    // outside of the hull; the origin where there is none. (From the corner itself, others behind
+    // it on a common line would pass for ahead by rounding.) Only the last comparison of a round
+    // waits for the round before.
     std::array<Vector, 2> next_corner(Vector x, Vector y) const {
-        constexpr double outside = 1.0 + 1e-14;
-        x *= outside, y *= outside;
-        std::array<Vector, chains> bx{}, by{}; // from the origin, inside the hull
-        const auto take_right = [&](std::size_t c, Vector qx, Vector qy) {
-            const Mask right = (bx[c] - x) * (qy - y) < (by[c] - y) * (qx - x);
-            bx[c] = right ? qx : bx[c];
-            by[c] = right ? qy : by[c];
-        };
+        const Vector from_x = outside * x, from_y = outside * y;
         const double *px = inverse_[0].data(), *py = inverse_[1].data();
-        for (std::size_t j = 0; j < size_of_hull_; j += chains)
-            for (std::size_t c = 0; c < chains; ++c)
-                take_right(c, load(px + (j + c) * width), load(py + (j + c) * width));
-        for (std::size_t half = chains / 2; half > 0; half /= 2)
-            for (std::size_t c = 0; c < half; ++c) take_right(c, bx[c + half], by[c + half]);
-        return {bx[0], by[0]};
+        const auto sight = [&](std::size_t j) {
+            const Vector qx = load(px + j * width), qy = load(py + j * width);
+            return Sight{qx, qy, qx - from_x, qy - from_y};
+        };
+        Sight best{{}, {}, -from_x, -from_y};
+        for (std::size_t j = 0; j < size_of_hull_; j += round)
+            best = right_of(best, right_of(right_of(sight(j), sight(j + 1)),
+                                           right_of(sight(j + 2), sight(j + 3))));
+        return {best.x, best.y};
     }
 
     std::array<Numbers, 2> point_;   // j of lane i: [i * room_ + j]

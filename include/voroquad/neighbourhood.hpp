@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <bit>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -142,6 +143,18 @@ public:
 
     const PointList<D> &points() const { return points_; }
     double reach() const { return reach_; }
+    // The typical distance between sites, as if they filled what is seen of the domain
+    double spacing() const
+        requires(D == 2)
+    {
+        double area = 1.0;
+        for (int a = 0; a < D; ++a) {
+            double lo = box_.lo[a] - reach_, hi = box_.hi[a] + reach_;
+            if (domain_ == Domain::box) lo = std::max(lo, 0.0), hi = std::min(hi, 1.0);
+            area *= hi - lo;
+        }
+        return std::sqrt(area / static_cast<double>(size()));
+    }
     // All points within this distance of a site of the family are here
     double seen_from(const Point<D> &site) const {
         double margin = std::numeric_limits<double>::infinity();
@@ -169,6 +182,26 @@ public:
             std::uint64_t chosen = bits_below(distance2, n, to);
             if (from > 0.0) chosen &= ~bits_below(distance2, n, from);
             for_each_bit(chosen, [&](std::size_t i) { visit(block + i); });
+        }
+    }
+
+    // Calls visit(i) for the points whose squared distance is at least `from` and to which a vertex
+    // v of the cell is nearer than to the site: those with q·v > |q|²/2.
+    template <class Cell, class Visit>
+    void cutting(const Cell &cell, double from, Visit &&visit) const {
+        for (std::size_t i = 0; i < size(); i += width) {
+            const auto q = points_.seen_from(site_, i);
+            Vector farthest{};
+            for (std::size_t v = 0; v < cell.size(); ++v) {
+                const Point<D> vertex = cell.vertex(v);
+                Vector along{};
+                for (int a = 0; a < D; ++a) along += q[a] * vertex[a];
+                farthest = larger(farthest, along);
+            }
+            const Vector distance2 = load(&distance2_[i]);
+            const std::uint64_t chosen =
+                bits_less(0.5 * distance2, farthest) & ~bits_less(distance2, Vector{} + from);
+            for_each_bit(chosen, [&](std::size_t k) { visit(i + k); });
         }
     }
 

@@ -209,11 +209,11 @@ private:
     // Rounding may leave several holes, or one that comes back to a face: the next crossing ends
     // the removed part of the face's border.
     void walk_around_holes() {
+        for (std::uint32_t i = 0; i < crossings_; ++i) crossing_of_[crossing_[i].edge] = i;
         for (std::size_t i = 0; i < crossings_; ++i) {
-            std::uint32_t edge = turn(crossing_[i].edge), next = 0;
+            std::uint32_t edge = turn(crossing_[i].edge);
             while (!stays(twin_[edge] >> 2)) edge = turn(twin_[edge]);
-            while (crossing_[next].edge != edge) ++next;
-            crossing_[i].next = next;
+            crossing_[i].next = crossing_of_[edge];
         }
     }
 
@@ -258,6 +258,7 @@ private:
         r2_.resize(room);
         twin_.resize(4 * room);
         face_.resize(4 * room);
+        crossing_of_.resize(4 * room);
         out_.resize(room / step);
         crossing_.resize(3 * room + 1);
         std::vector<std::uint32_t> fresh(more);
@@ -289,6 +290,7 @@ private:
     std::vector<std::uint32_t> free_;   // places without a vertex: the first `free_places_`
     std::size_t free_places_ = 0;
     std::vector<Crossing> crossing_;
+    std::vector<std::uint32_t> crossing_of_; // of half-edges that cross, where a walk needs it
     std::size_t crossings_ = 0, removed_ = 0;
     double squared_radius_ = 0.0;
 };

@@ -5,7 +5,6 @@
 #include <bit>
 #include <cstddef>
 #include <cstdint>
-#include <cstring>
 #include <new>
 #include <vector>
 
@@ -54,12 +53,11 @@ using Numbers = std::vector<double, CacheAligned<double>>;
 inline constexpr std::size_t lanes = 8;
 constexpr std::size_t padded(std::size_t n) { return (n + lanes - 1) / lanes * lanes; }
 
-inline Vector load(const double *from) {
-    Vector v;
-    std::memcpy(&v, from, sizeof v);
-    return v;
-}
-inline void store(double *to, Vector v) { std::memcpy(to, &v, sizeof v); }
+// Vectors anywhere among numbers. A compiler sees that nothing but numbers is written there, and
+// keeps pointers and counters in registers; after a memcpy it would read them again.
+using Unaligned = Vector __attribute__((aligned(alignof(double))));
+inline Vector load(const double *from) { return *reinterpret_cast<const Unaligned *>(from); }
+inline void store(double *to, Vector v) { *reinterpret_cast<Unaligned *>(to) = v; }
 
 // Maximum as the hardware does it: one instruction, no branch.
 inline double larger(double a, double b) { return a > b ? a : b; }
@@ -104,8 +102,7 @@ inline std::uint64_t bits_below(const double *values, std::size_t n, double thre
 // Stores the lanes whose bit is set, one after the other; there is room for all.
 inline void store_chosen(double *to, Vector v, std::uint64_t bits) {
 #if defined(__AVX512DQ__)
-    const auto packed = _mm512_maskz_compress_pd(static_cast<__mmask8>(bits), v);
-    _mm512_storeu_pd(to, packed);
+    store(to, _mm512_maskz_compress_pd(static_cast<__mmask8>(bits), v));
 #else
     for (std::size_t i = 0; i < width; ++i) {
         *to = v[i];

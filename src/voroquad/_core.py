@@ -1,7 +1,7 @@
 """The compiled core, in the version that suits this processor.
 
 The environment variable VOROQUAD_PROCESSOR asks for another: "baseline", "v3" or "v4", the levels
-of x86-64. All give the same bits, but for rounding where sites are equally near to a corner.
+of x86-64. All give the same bits.
 """
 
 from __future__ import annotations
