@@ -1,15 +1,15 @@
 """What `reweighted` costs: its render time and memory over those of the nested integrator, in interleaved pairs.
 
-    python benchmarks/render_overhead.py [--pairs 31] [--size 320x240] [--spp 64] [--scenes moving-camera,room]
+    python benchmarks/render_overhead.py [--pairs 31] [--size 320x240] [--spp 64] [--scenes moving-camera room]
 
 For each domain a scene; both integrators render it with the same sampler and jitter, `reweighted` with its default
-settings: blend, and all that makes an image of it, are part of its time. The table is made and the kernels are compiled
-by two warm-up renders before the clock starts. Writes benchmarks/results/render_overhead.csv, a line per
-pair with seconds by the clock and of the processor, and benchmarks/results/render_memory.csv: the most memory of a new
-process that renders once by the one or by the other, its kernel compiled by a process before it. Lines of scenes that
-are not measured stay. Prints for each domain the median ratios with the interval
-between the order statistics that cover them with at least 95 %. Objects that move in slices are not among the scenes:
-Mitsuba has no integrator to compare them with.
+settings, or with the samples that the scene's own sampler draws: blend, and all that makes an image of it, are part of
+its time. The table is made and the kernels are compiled by two warm-up renders before the clock starts. Writes
+benchmarks/results/render_overhead.csv, a line per pair with seconds by the clock and of the processor, and
+benchmarks/results/render_memory.csv: the most memory of a new process that renders once by the one or by the other, its
+kernel compiled by a process before it. Lines of scenes that are not measured stay. Prints for each domain the median
+ratios with the interval between the order statistics that cover them with at least 95 %. Objects that move in slices
+are not among the scenes: Mitsuba has no integrator to compare them with.
 """
 
 from __future__ import annotations
@@ -44,6 +44,7 @@ SCENES = {
     "spectral": "wavelength",
     "large-light": "light",
     "sky": "light",
+    "sky, own samples": "light",
     "room": "lens",
     "passage": "pixel+time",
 }
@@ -73,9 +74,11 @@ def staged(name: str, size: str) -> tuple[mi.Scene, list[mi.Integrator]]:
     """A scene, and the integrators: its own, and that inside `reweighted`."""
     domain = SCENES[name]
     mi.set_variant(SPECTRAL_VARIANT if domain == "wavelength" else VARIANT)
-    scene = load_scene(name, parse_size(size), domain)
+    scene_name, _, own = name.partition(", ")
+    scene = load_scene(scene_name, parse_size(size), domain)
     nested = own_integrator(scene)
-    return scene, [nested, make_integrator("reweighted", nested, domain=domain)]
+    properties = {"sampler": "scene"} if own else {}
+    return scene, [nested, make_integrator("reweighted", nested, domain=domain, **properties)]
 
 
 def time_pairs(name: str, options: argparse.Namespace) -> Lines:
@@ -113,11 +116,11 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=31)
     parser.add_argument("--size", default="320x240")
     parser.add_argument("--spp", type=int, default=64)
-    parser.add_argument("--scenes", default=",".join(SCENES), help="some of them, separated by commas")
+    parser.add_argument("--scenes", nargs="+", choices=SCENES, default=SCENES, help="some of them")
     options = parser.parse_args()
 
     names = list(SCENES)
-    for name in options.scenes.split(","):
+    for name in options.scenes:
         held = memory(name, options)
         own = time_pairs(name, options)
         gc.collect()  # a scene that exists slows every later render

@@ -17,7 +17,7 @@ from ..tables import SampleTable
 from ..weights import find_rule, weights
 from .accumulation import quotient
 from .bands import table_of
-from .blend import TILE
+from .blend import TILE, Floats
 from .domains import CameraSample, Domain, Joint, find_domain
 from .lights import FirstHit
 from .plain import CameraRays, Plain, colour, read_property
@@ -26,6 +26,8 @@ from .plain import CameraRays, Plain, colour, read_property
 SCENE = "scene"
 #: Samples of a table, about
 TABLE_SIZE = 2**18
+#: Coordinates that are weighed at a time while rendering, about
+_AT_ONCE = 2**18
 
 
 class Reweighted(Plain):
@@ -213,10 +215,17 @@ class Reweighted(Plain):
             u = self.domain.coordinates(drawn)
             dr.eval(u)
             n = self.samples or sampler.sample_count()
-            points = np.stack([np.array(axis, np.float64) for axis in u], -1).reshape(-1, n, len(u))
-            measures = cells(points, periodic=True).measures if self._recipe["periodic"] else weights(points)
-            drawn.factor = mi.Float((n * measures).astype(np.float32).ravel())
+            drawn.factor = mi.Float(self._factors(np.stack(u, -1).reshape(-1, n, len(u))).ravel())
         return drawn
+
+    def _factors(self, points: Floats) -> Floats:
+        """N·w (sets, n) of sets (sets, n, d), some at a time: in double precision all would fill the memory."""
+        factors = np.empty(points.shape[:2], np.float32)
+        parts = max(1, points.size // _AT_ONCE)
+        for own, sets in zip(np.array_split(factors, parts), np.array_split(points, parts), strict=True):
+            measures = cells(sets, periodic=True).measures if self._recipe["periodic"] else weights(sets)
+            np.multiply(measures, points.shape[1], out=own, casting="same_kind")
+        return factors
 
     @property
     def _weighs_all(self) -> bool:
