@@ -341,6 +341,31 @@ def test_octaves_in_space():
         assert abs(vq.cells(points, periodic=periodic).measures.sum() - 1) < 1e-12
 
 
+NEARLY_ON_A_SPHERE = """
+0x1.0003eea209b03p-1 0x1.0002452e0811ap-1 0x1.00029f16b1202p-1
+0x1p-1 0x1p-1 0x1.fff583a53b948p-2
+0x1.fffd60e94ede3p-2 0x1.0002452e08131p-1 0x1.00048a5c10263p-1
+0x1.0002452e080c2p-1 0x1.0003eea209a6bp-1 0x1.00029f16b119cp-1
+0x1p-1 0x1p-1 0x1.fff583a53b79ap-2
+0x1p-1 0x1.00029f16b11fcp-1 0x1.00048a5c1022ap-1
+0x1.fff822bbec99fp-2 0x1.0002452e08135p-1 0x1.fffac1d29dbbfp-2
+0x1.0002452e080a5p-1 0x1.0003eea209a38p-1 0x1.00029f16b117bp-1
+0x1.fffb75a3efe06p-2 0x1.0003eea209adp-1 0x1.fffac1d29dc4p-2
+0x1.0002452e08113p-1 0x1.fff822bbeca12p-2 0x1.00029f16b11fap-1
+0x1.fffb75a3efe87p-2 0x1.fffd60e94ee6ap-2 0x1.fff6eb47dfd0ep-2
+0x1p-1 0x1p-1 0x1.fff583a53b851p-2
+0x1.0002452e08129p-1 0x1.0003eea209b1cp-1 0x1.00029f16b1213p-1
+0x1p-1 0x1p-1 0x1p-1
+"""
+
+
+def test_far_sites_clip_once():
+    """Rounding leaves corners of the first cell beyond planes that have clipped it, which then clip in turn."""
+    points = np.array([float.fromhex(x) for x in NEARLY_ON_A_SPHERE.split()]).reshape(-1, 3)
+    for periodic in (False, True):
+        assert abs(vq.cells(points, periodic=periodic).measures.sum() - 1) < 1e-12
+
+
 def test_complex_points_are_refused():
     with pytest.raises(ValueError, match="points must be real, got complex numbers"):
         vq.cells([[0.2 + 0.3j, 0.5]])

@@ -43,7 +43,7 @@ public:
     void cut_family(const PointTree<D> &tree, Domain domain, std::size_t family, Visit &&visit) {
         tree_ = &tree;
         domain_ = domain;
-        around_.collect(tree, domain, family, (D == 2 ? 2.9 : 2.8) * tree.spacing_near(family));
+        around_.collect(tree, domain, family, around * tree.spacing_near(family));
         far_sites_.clear();
         first_ = tree.leaf_begin(tree.family_begin(family));
         if constexpr (D == 2) {
@@ -62,6 +62,15 @@ public:
     }
 
 private:
+    // In typical distances between sites: points that near are collected for a family, and come
+    // first in the plane. More would cost more than the few cells do that these leave open.
+    static constexpr double around = D == 2 ? 2.9 : 2.8, nearest = 2.7;
+    // Points for a cell that the first left open are at most that much farther, squared: among more
+    // a wrap takes longer than to clip with those that still cut.
+    static constexpr double farther2 = 9.0;
+    // So many sites of a family must want points from beyond those around for more to be collected.
+    static constexpr std::size_t many = 4;
+
     // A site, or its image by a whole turn of the torus
     struct FarSite {
         std::size_t site;
@@ -87,7 +96,7 @@ private:
     void wrap_leaves(std::size_t family, Visit &&visit) {
         const std::size_t first = tree_->family_begin(family);
         const std::size_t last = tree_->family_begin(family + 1);
-        const double near = std::min(around_.reach(), 2.7 * around_.spacing());
+        const double near = std::min(around_.reach(), nearest * around_.spacing());
         near2_ = near * near;
         again_.clear();
         far_ = 0;
@@ -102,12 +111,13 @@ private:
                 wrap({group.data(), count}, near_, begin, mirrors, visit);
             }
         }
-        if (far_ >= 4) around_.collect(*tree_, domain_, family, 3.0 * around_.reach());
+        if (far_ >= many) around_.collect(*tree_, domain_, family, 3.0 * around_.reach());
         for (std::size_t i = 0; i < again_.size(); i += width) {
             const std::size_t count = std::min(width, again_.size() - i);
             for (std::size_t k = 0; k < count; ++k) {
                 move_to(again_[i + k].site);
-                group[k] = {again_[i + k].site, std::min(again_[i + k].to, seen2())};
+                group[k] = {again_[i + k].site,
+                            std::min({again_[i + k].to, seen2(), farther2 * near2_})};
             }
             wrap({group.data(), count}, around_.points(), first_, true, visit);
         }
@@ -232,7 +242,7 @@ private:
 
     // Clips until no site is nearer to a vertex than the cell's own: then the cell is final.
     // Points of one circle around an empty middle cost no more than others that way. What bounds
-    // a cell of the leaf from afar often bounds the next one too.
+    // a cell of the family from afar often bounds the next one too.
     //
     // It ends: a pass that is not the last clips with a site, or an image of one, that has not
     // clipped the cell in a pass before. What one has cut away does not come back but for
@@ -340,7 +350,7 @@ private:
     ConvexCell<D> cell_;
     GiftWrap wraps_;
     std::vector<Chosen> chosen_, sorted_;
-    std::vector<FarSite> far_sites_; // that the leaf's cells have met
+    std::vector<FarSite> far_sites_; // that the family's cells have met
     std::vector<FarSite> clippers_;  // of them those that have clipped the cell
     std::vector<Point<D>> settled_;  // vertices that no other site is nearer to, in order
 };
@@ -393,10 +403,9 @@ void cell_measures(const PointView<D> &points, Domain domain, double *measures,
     }
 }
 
-// Measures of independent sets of n points of [0,1]^D each; set(s) is the PointView of one.
-// In parallel over sets
-// where there are enough of them and over cells elsewhere. Every measure depends on its
-// own set only: the result is the same to the last bit for any number of threads.
+// Measures of independent sets of n points of [0,1]^D each; set(s) is the PointView of one. In
+// parallel over sets where there are enough of them and over cells elsewhere. Every measure
+// depends on its own set only: the result is the same to the last bit for any number of threads.
 template <int D, class Set, class Pause = NoPause>
 void cell_measures_of_sets(Set &&set, std::size_t sets, std::size_t n, Domain domain,
                            double *measures, unsigned threads, Pause &&pause = {}) {

@@ -209,7 +209,7 @@ public:
     Point<D> point(std::size_t i) const { return points_.point_seen_from(site_, i); }
 
     // Calls visit(turn, home) for the images of the domain that may hold points within `reach`
-    // of the leaf: itself, and on the torus its neighbours. (An image of a point that is a
+    // of the family: itself, and on the torus its neighbours. (An image of a point that is a
     // whole turn away from the site or farther in some direction cuts no more than the site's
     // own image and the image one turn nearer do.)
     template <class Visit>

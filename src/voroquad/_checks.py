@@ -59,8 +59,8 @@ def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points"
         raise ValueError(f"{name} must have shape (n, d) or (sets, n, d), got {array.shape}")
     if 0 in array.shape:
         raise ValueError(f"{name} must hold at least one point and one coordinate, got shape {array.shape}")
-    outside = ~((array >= 0) & ((array <= 1) if closed else (array < 1)))
-    if outside.any():
+    if not (array.min() >= 0 and (array.max() <= 1 if closed else array.max() < 1)):  # NaN is neither
+        outside = ~((array >= 0) & ((array <= 1) if closed else (array < 1)))
         first = tuple(int(i) for i in np.argwhere(outside.any(axis=-1))[0])
         index = first[0] if len(first) == 1 else first
         interval = "[0, 1]" if closed else "[0, 1)"
