@@ -101,7 +101,7 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
     >>> vq.cells([0.25, 0.5, 0.75]).measures
     array([0.375, 0.25 , 0.375])
     >>> vq.cells([[0.25, 0.5], [0.75, 0.5]]).polygons()[0]
-    array([[0. , 0. ], [0.5, 0. ], [0.5, 1. ], [0. , 1. ]])
+    array([[0.5, 1. ], [0. , 1. ], [0. , 0. ], [0.5, 0. ]])
     """
     array = unit_points(points, closed=not periodic)
     if array.shape[-1] > 3:
