@@ -334,6 +334,18 @@ def test_a_neighbour_far_nearer_than_two_near_twins():
         assert abs(vq.cells(points, periodic=periodic).measures.sum() - 1) < 1e-12
 
 
+@pytest.mark.parametrize("d", [2, 3])
+def test_the_smallest_differences(d):
+    """Products of a denormal difference with half the box round to nothing; it bounds cells all the same."""
+    height = [0, 1e-323, 2.8e-306, 2e-280, 1.5e-269, 1.2e-268, 8e-233, 1.8e-189, 9e-187, 4e-149, 2e-122, 9e-69]
+    line = np.full((len(height), d), 0.5)
+    line[:, -1] = height
+    crowd = np.vstack([np.full((4, d), 0.5), line, np.repeat(line[:1], 14, axis=0)])  # more than one leaf
+    for points in (line, crowd):
+        for periodic in (False, True):
+            assert abs(vq.cells(points, periodic=periodic).measures.sum() - 1) < 1e-12
+
+
 def test_octaves_in_space():
     """Cells of many vertices, of which a plane cuts off several pieces at a time."""
     points = 2.0 ** -np.random.default_rng(0).integers(1, 300, (1000, 3))

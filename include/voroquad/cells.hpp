@@ -284,12 +284,12 @@ private:
 
     // Of the sites that have not clipped the cell the one nearest to a vertex v, if it is nearer
     // than the cell's own: the one with the greatest q·v - |q|²/2 = (|v|² - |v - q|²)/2, which
-    // keeps its digits for small q.
+    // keeps its digits for small q where it is magnified.
     std::optional<FarSite> nearer_to(const Point<D> &v) const {
         std::optional<FarSite> nearest;
         double gain = 0.0;
         const double v2 = dot<D>(v, v), rounding = 1e-14 * std::sqrt(v2);
-        const auto bound = [&] { return (v2 - 2.0 * gain) * (1.0 + 1e-14); };
+        const auto bound = [&] { return (v2 - 2.0 / magnified * gain) * (1.0 + 1e-14); };
         const auto visit_leaf = [&](std::size_t leaf, const Point<D> &turn) {
             const std::size_t end = tree_->leaf_begin(leaf + 1);
             for (std::size_t s = tree_->leaf_begin(leaf); s < end; s += width) {
@@ -298,9 +298,10 @@ private:
                 Vector q2{}, size{}, along{};
                 for (int a = 0; a < D; ++a) {
                     q[a] = (p[a] - site_[a]) + turn[a];
-                    q2 += q[a] * q[a];
-                    size += larger(q[a], -q[a]);
-                    along += q[a] * v[a];
+                    const Vector large = magnified * q[a];
+                    q2 += large * q[a];
+                    size += larger(large, -large);
+                    along += large * v[a];
                 }
                 const Vector more = along - 0.5 * q2;
                 const Mask significant = (more > gain) & (more > rounding * size);

@@ -17,6 +17,10 @@
 
 namespace voroquad {
 
+// Products with the smallest differences of points would round to nothing: these are magnified
+// first.
+inline constexpr double magnified = 0x1p1000;
+
 // Points side by side for vectors. On the torus each has the whole turn that brings it to where
 // it is seen.
 template <int D>
@@ -195,12 +199,12 @@ public:
             for (std::size_t v = 0; v < cell.size(); ++v) {
                 const Point<D> vertex = cell.vertex(v);
                 Vector along{};
-                for (int a = 0; a < D; ++a) along += q[a] * vertex[a];
+                for (int a = 0; a < D; ++a) along += magnified * q[a] * vertex[a];
                 farthest = larger(farthest, along);
             }
             const Vector distance2 = load(&distance2_[i]);
-            const std::uint64_t chosen =
-                bits_less(0.5 * distance2, farthest) & ~bits_less(distance2, Vector{} + from);
+            const std::uint64_t chosen = bits_less(0.5 * magnified * distance2, farthest) &
+                                         ~bits_less(distance2, Vector{} + from);
             for_each_bit(chosen, [&](std::size_t k) { visit(i + k); });
         }
     }
