@@ -246,7 +246,12 @@ private:
         }
         std::uint32_t *const next = starts_.data() + base;
         if (most > crowd) {
-            for (std::size_t i = 0; i < n; ++i) entries[next[bucket_[i]]++] = from[i];
+            // Each bucket is filled from its front: where its later entries go is fetched ahead.
+            for (std::size_t i = 0; i < n; ++i) {
+                Entry *const to = &entries[next[bucket_[i]]++];
+                __builtin_prefetch(to + 8, 1);
+                *to = from[i];
+            }
         } else {
             for (std::size_t i = 0; i < n; ++i) place(from[i], next[bucket_[i]]++);
             if (are_distinct(n, most)) {
