@@ -24,6 +24,15 @@ def test_a_smooth_integral_in_two_dimensions():
     assert abs(by_order.integral - exact) < 1e-8
 
 
+def test_rounding_is_no_surprise():
+    """Where a polynomial that is integrated exactly nearly vanishes, rounding is larger than its value."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for seed in range(12):
+            r = vq.quad(lambda x: np.stack([x[0] ** 8, x[0] ** 5 * x[1] ** 4]), [0, 0], [1, 1], rng=seed)
+            np.testing.assert_allclose(r.integral, [1 / 9, 1 / 30], rtol=1e-13)
+
+
 @pytest.mark.parametrize("d", [1, 2, 3, 4])
 def test_at_most_n_points_on_a_near_cubic_grid(d):
     for n in [1, 2, 3, 7, 30, 100, 128, 500, 1000, 2048]:

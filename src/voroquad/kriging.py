@@ -56,15 +56,15 @@ class Model:
     noise: float
 
 
-def model(n: int, d: int) -> Model:
-    """The model for n samples in d dimensions.
+def model(n: int, d: int, per_term: int = SAMPLES_PER_TERM) -> Model:
+    """The model for n samples in d dimensions, with at least so many samples per term of the drift.
 
     With n^(−1/d) between samples, a variance of (n^(−1/d) / length)⁷ is what they are too far apart to resolve; that of
     the noise is :data:`NOISE` times as much.
     """
     spacing = n ** (-1 / d)
     length = min(PART, SPACINGS * spacing)
-    degree = next(p for p in range(DRIFT, -1, -1) if p == 0 or SAMPLES_PER_TERM * math.comb(p + d, d) <= n)
+    degree = next(p for p in range(DRIFT, -1, -1) if p == 0 or per_term * math.comb(p + d, d) <= n)
     return Model(degree, length, NOISE.get(d, NOISE_ELSEWHERE) * (spacing / length) ** 7)
 
 

@@ -31,6 +31,9 @@ MOST = 2048
 #: Period of the colours of strata that are independent, but too many for one prediction.
 COLOURS_OF_MANY = 2
 
+#: Samples per term of the drift where they are independent: weights beside the gaps that these leave would be wild.
+INDEPENDENT_PER_TERM = 20
+
 #: Covariances of sets that are predicted together.
 TOGETHER = 2**18
 
@@ -130,7 +133,7 @@ def krige_independent(points: Array, threads: int) -> Array:
     sets, n, d = points.shape
     weights = np.ones((sets, n))
     for batch in _batches(sets, n) if n > 1 else ():
-        kriging = Kriging(points[batch], model(n, d), threads)
+        kriging = Kriging(points[batch], model(n, d, INDEPENDENT_PER_TERM), threads)
         integral = kriging.integrals(kriging.over_boxes([_WHOLE_AXIS] * d))
         y = kriging.leave_out(np.arange(n), 1 - integral)
         weights[batch] = (integral + kriging.apply(y) / n)[:, 0]

@@ -335,13 +335,14 @@ def _across_sets(means: Array, n: int, scale: float = 1.0) -> Estimate:
 def _warn_if_unresolved(integrand: Integrand, u: Array, values: Array, residuals: Array) -> None:
     """Warn where one stratum makes up the error of a component and its value came as a surprise.
 
-    Values and residuals are (fields, n). A residual that is small beside its value is no surprise: what is
-    predicted worst of a smooth integrand is a corner of the box, and that may well make up the error.
+    Values and residuals are (fields, n), in units of which a field's largest value has ½ to 1. A residual that is
+    small beside its value, or below a thousandth, is no surprise: what is predicted worst of a smooth integrand is a
+    corner of the box, and that may well make up the error.
     """
     squares = np.square(residuals)
     total = squares.sum(axis=1)
     share = np.divide(squares, total[:, None], out=np.zeros_like(squares), where=total[:, None] > 0)
-    share[np.abs(residuals) < np.abs(values) / 2] = 0
+    share[np.abs(residuals) < np.maximum(np.abs(values) / 2, 1e-3)] = 0
     _, worst = np.unravel_index(np.argmax(share), share.shape)
     if share.max() > 0.5 and residuals.shape[1] >= 16:
         x, _ = integrand.pull_back(u[worst][:, None])
