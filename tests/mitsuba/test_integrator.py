@@ -162,12 +162,24 @@ def test_uniform_sets_without_weights_are_the_scenes_samples_in_distribution(sce
     assert abs(np.log(sets[noisy] / plain[noisy]).mean()) < 0.2
 
 
+def sky(rfilter):
+    """Nothing but a constant environment."""
+    description = {k: v for k, v in scene_dict(rfilter).items() if k in ("type", "sensor")}
+    return mi.load_dict({**description, "sky": {"type": "constant", "radiance": {"type": "rgb", "value": 0.7}}})
+
+
 def test_weights_sum_to_one_in_every_pixel():
     """What is constant over the lens stays constant, whatever the weights."""
-    description = {k: v for k, v in scene_dict().items() if k in ("type", "sensor")}
-    scene = mi.load_dict({**description, "sky": {"type": "constant", "radiance": {"type": "rgb", "value": 0.7}}})
+    scene = sky("box")
     for design in DESIGNS:
-        np.testing.assert_allclose(image(scene, plugin(sampler=design), 64), 0.7, rtol=2e-5)
+        for blend in ("auto", "off"):
+            np.testing.assert_allclose(image(scene, plugin(sampler=design, blend=blend), 64), 0.7, rtol=2e-5)
+
+
+def test_wide_filters_see_parts_of_sets():
+    """Whose weights do not sum to one."""
+    scene = sky("gaussian")
+    assert np.abs(image(scene, plugin(sampler="uniform", blend="off"), 16) - 0.7).max() > 0.01
 
 
 def test_weights_lower_the_error(scene):
@@ -350,13 +362,17 @@ DIRECT = {"type": "direct"}
         ({"a": DIRECT, "b": DIRECT}, "needs one nested integrator"),
         ({"a": {"type": "diffuse"}}, "needs one nested integrator"),
         ({"a": {"type": "ptracer"}}, r"cannot wrap ParticleTracerIntegrator: .* path, direct, depth, .* prb"),
-        ({"a": {"type": "prb_projective"}}, "cannot wrap"),
-        ({"a": {"type": "reweighted", "a": DIRECT}}, "cannot wrap"),
+        ({"a": {"type": "prb_projective"}}, "cannot wrap PathProjectiveIntegrator"),
+        ({"a": {"type": "reweighted", "a": DIRECT}}, "cannot wrap Reweighted"),
         ({"a": DIRECT, "domain": "wind"}, "unknown domain 'wind'"),
         ({"a": DIRECT, "sampler": "random"}, "unknown sampler 'random'"),
         ({"a": DIRECT, "debias": "exchange"}, "no rule"),
-        ({"a": DIRECT, "sampler": "scene", "order": 1}, "no rule for order=1, .* design 'scene'"),
+        ({"a": DIRECT, "sampler": "scene", "order": 1}, "'scene' has order 0 .* got order=1, debias='none'; name"),
+        ({"a": DIRECT, "sampler": "scene", "debias": "auto"}, "got order=0, debias='auto'; name a design such as"),
         ({"a": DIRECT, "order": "high"}, "order must be a whole number"),
+        ({"a": DIRECT, "order": 9}, "order must be a whole number from 0 to 8, got 9"),
+        ({"a": DIRECT, "weighted": False, "order": -1}, "order must be a whole number from 0 to 8, got -1"),
+        ({"a": DIRECT, "weighted": False, "debias": "foo"}, "unknown debias 'foo'"),
         ({"a": DIRECT, "jitter": 1}, "jitter must be true or false"),
         ({"a": DIRECT, "sets": -1}, "sets must be"),
         ({"a": DIRECT, "sets": 1}, "sets must be 2 or more"),
@@ -375,6 +391,11 @@ DIRECT = {"type": "direct"}
 def test_bad_properties(properties, message):
     with pytest.raises(ValueError, match=message), one_line_errors():
         mi.load_dict({"type": "reweighted", **properties})
+
+
+@pytest.mark.parametrize("sampler", ["sobol", "scene"])
+def test_without_weights_no_rule_is_needed(sampler):
+    plugin(sampler=sampler, order=8, debias="exchange", weighted=False)
 
 
 def render_refused(scene, integrator, spp, message):

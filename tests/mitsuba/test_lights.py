@@ -115,8 +115,9 @@ def test_a_weight_on_all_light_twice_would_show(pixel_z):
     assert excess > 10
 
 
-def test_the_scenes_own_light_samples_make_the_path_tracers_image():
-    scene, nested = box(), {"type": "path", "max_depth": 4}
+@pytest.mark.parametrize("nested", [{"type": "path", "max_depth": 4}, {"type": "prb", "max_depth": 4}])
+def test_the_scenes_own_light_samples_make_the_path_tracers_image(nested):
+    scene = box()
     own = {"type": "reweighted", "domain": "light", "sampler": "scene", "weighted": False, "nested": nested}
     got, expected = images(scene, 1, 16, **own)[0], images(scene, 1, 16, **nested)[0]
     np.testing.assert_allclose(got, expected, rtol=1e-4, atol=1e-5)
@@ -193,6 +194,7 @@ def test_derivatives_through_prb_have_equal_weights():
     [
         ({"type": "volpath"}, "cannot wrap VolumetricPathIntegrator"),
         ({"type": "aov", "aovs": "d:depth", "inner": {"type": "path"}}, "cannot wrap AOVIntegrator"),
+        ({"type": "prb_basic"}, "cannot wrap BasicPRBIntegrator"),
         ({"type": "direct", "emitter_samples": 4}, "one emitter sample"),
         ({"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}, "one emitter sample"),
         ({"type": "path", "max_depth": 1}, "greater max_depth"),

@@ -14,7 +14,7 @@ from .._checks import one_of, positive_int
 from ..cells import cells
 from ..samplers import DESIGNS, SampleSet, sample
 from ..tables import SampleTable
-from ..weights import find_rule, weights
+from ..weights import DEBIAS, MAX_ORDER, find_rule, weights
 from .accumulation import quotient
 from .bands import table_of
 from .blend import TILE, Floats
@@ -95,8 +95,9 @@ class Reweighted(Plain):
     Sample i of a set of N multiplies its ray's weight by N·w_i. The image is then Σ w f over the set, with f
     averaged over everything else that the path samples: w depends on the set's coordinates only, so unbiased
     weights give an unbiased image. With the domain ``light`` alone, the weights multiply what the emitter sample
-    brings, and nothing else. Weights sum to 1, hence a constant image stays constant, exactly. Extra
-    channels (``aov`` inside) and alpha are not weighted. With ``jitter`` false the image is that of point
+    brings, and nothing else. Weights that sum to 1 (of all rules but ``bias-function``) leave a constant image
+    constant, exactly, under a box filter; a wider one gives each pixel parts of sets, whose weights do not sum to 1.
+    Extra channels (``aov`` inside) and alpha are not weighted. With ``jitter`` false the image is that of point
     samples at the pixel centres. The same seeds give the same bits on any number of threads (on processors).
 
     Derivatives are those of the image without blend; through ``prb`` and its kin with the domain ``light``, they have
@@ -322,13 +323,22 @@ def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> dict[str, A
         "debias": read_property(props, "debias", "none"),
         "rng": read_property(props, "table_seed", 0),
     }
+    order, debias = recipe["order"], one_of("debias", recipe["debias"], DEBIAS)
+    if not 0 <= order <= MAX_ORDER:
+        raise ValueError(f"order must be a whole number from 0 to {MAX_ORDER}, got {order}")
     if recipe["rng"] < 0:
         raise ValueError(f"table_seed must be at least 0, got {recipe['rng']}")
-    recipe["periodic"] = domain.periodic and (recipe["order"], recipe["debias"]) == (0, "none")
+    cellular = (order, debias) == (0, "none")
+    recipe["periodic"] = domain.periodic and cellular
+    if weighted and recipe["design"] == SCENE and not cellular:
+        raise ValueError(
+            f"sampler='scene' has order 0 and debias 'none' only, got order={order}, debias={debias!r}; "
+            "name a design such as 'stratified' for other rules"
+        )
     # Whether the rule exists does not depend on n: say so before anything is rendered
     drawn = _small_set(recipe["design"], domain.dimension)
     if weighted:
-        find_rule(drawn, recipe["order"], recipe["debias"])
+        find_rule(drawn, order, debias)
     return recipe | {"weighted": weighted}
 
 

@@ -10,6 +10,8 @@ import drjit as dr
 import mitsuba as mi
 from mitsuba.python.ad.integrators.common import ADIntegrator
 
+from .plain import name_of
+
 
 @dataclass
 class Light:
@@ -166,8 +168,8 @@ def _share(p: mi.Float, q: mi.Float) -> mi.Float:
 
 def _settings(nested: mi.Integrator) -> dict[str, int]:
     """The numbers that an integrator was made with: Mitsuba shows those of its C++ ones in their description only."""
-    name = nested.class_name()
-    if isinstance(nested, ADIntegrator) and type(nested).__name__ == "PRBIntegrator":
+    name = name_of(nested)
+    if isinstance(nested, ADIntegrator) and name == "PRBIntegrator":
         return {"max_depth": nested.max_depth, "rr_depth": nested.rr_depth}
     if name not in ("PathIntegrator", "DirectIntegrator"):
         raise ValueError(

@@ -364,6 +364,12 @@ def read_property(props: mi.Properties, name: str, default: Value) -> Value:
     return value
 
 
+def name_of(integrator: mi.Integrator) -> str:
+    """Name of an integrator's class: those written in Python all have one `class_name`, their C++ base's."""
+    python = type(integrator)
+    return str(integrator.class_name()) if python.__module__ == mi.Integrator.__module__ else python.__name__
+
+
 def _nested_objects(props: mi.Properties) -> tuple[mi.Integrator, mi.Sampler | None]:
     """The nested integrator, which must be able to follow given camera rays, and the nested sampler if any."""
     nested = [value for _, value in props.objects()]
@@ -378,7 +384,7 @@ def _nested_objects(props: mi.Properties) -> tuple[mi.Integrator, mi.Sampler | N
     )
     if not follows_rays:
         raise ValueError(
-            f"'{name}' cannot wrap {integrator.class_name()}: it draws its own rays; "
+            f"'{name}' cannot wrap {name_of(integrator)}: it draws its own rays; "
             f"nest one that follows given ones: {', '.join(FOLLOWING)}"
         )
     return integrator, samplers[0] if samplers else None
