@@ -17,6 +17,8 @@ Floats = NDArray[np.floating[Any]]
 
 #: Side of a tile in pixels, even
 TILE = 16
+#: Of A: a D that is smaller is what rounding of sums in single precision leaves
+ROUNDING = 2.0**-20
 #: How many rows or columns away the pixels are that a pixel is compared with, at most
 REACH = 2
 #: Least and greatest standard deviation of λ between tiles that is expected
@@ -67,7 +69,7 @@ class Share:
                     expected = from_neighbours(around[rows.start : rows.stop + 2 * REACH])
                 else:
                     expected = centre[rows, :, channel]
-                own = change[rows]
+                own = np.where(np.abs(change[rows]) > ROUNDING * np.abs(values[rows]), change[rows], 0)
                 deviation = values[rows] - expected
                 deviation *= own
                 self.products[rows] += deviation
