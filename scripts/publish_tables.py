@@ -26,6 +26,8 @@ UNBIASED = {"equal weights": True, "Voronoi cells": False}
 INTEGRANDS = {1: ("smooth", "jump"), 2: ("smooth-2d", "jump-2d")}
 
 Row = dict[str, str]
+#: Its spaces do not break: a number stays on one line
+PLUS_MINUS = "\u00a0±\u00a0"
 
 
 def main() -> int:
@@ -119,7 +121,7 @@ def other_noise_table() -> str:
     """What weights cost where their domain is the least of the noise."""
     rows = [["lens samples, 64 spp", "variance, weighted over plain"]]
     for r in read(RESULTS / "weights_under_other_noise.csv"):
-        rows.append([DESIGNS.get(r["design"], r["design"]), f"{r['ratio']} ± {r['ratio_standard_error']}"])
+        rows.append([DESIGNS.get(r["design"], r["design"]), f"{r['ratio']}{PLUS_MINUS}{r['ratio_standard_error']}"])
     return markdown(rows, "l")
 
 
@@ -232,7 +234,7 @@ def blend_table() -> str:
     for r in read(RESULTS / "scene_blend.csv"):
         if r["ratio"]:
             mse = [scientific(float(r[name])) for name in ("mse", "weighted_mse", "blend_mse")]
-            ratio = f"{float(r['ratio']):.3f} ± {float(r['ratio_error']):.3f}"
+            ratio = f"{float(r['ratio']):.3f}{PLUS_MINUS}{float(r['ratio_error']):.3f}"
             sets = DESIGNS.get(r["samples"], r["samples"])
             rows.append([r["scene"], r["domain"], sets, r["all_else"], *mse, ratio, r["mean_lambda"]])
     return markdown(rows, "llll")
@@ -240,7 +242,7 @@ def blend_table() -> str:
 
 def best_table() -> str:
     """The best of Mitsuba's samplers and the best of ours in every scene, at equal samples per pixel."""
-    rows = [["scene", "spp", "best of Mitsuba's", "MSE", "best here", "all else", "MSE", "ratio"]]
+    rows = [["scene", "spp", "ratio", "best here", "all else", "MSE", "best of Mitsuba's", "MSE"]]
     measured = read(RESULTS / "scene_blend.csv") + read(RESULTS / "scene_blend_49.csv")
     for scene, spp in dict.fromkeys((r["scene"], r["spp"]) for r in measured):
         own = [r for r in measured if (r["scene"], r["spp"]) == (scene, spp)]
@@ -248,9 +250,9 @@ def best_table() -> str:
         ours = min((r for r in own if r["samples"] != "Mitsuba"), key=least)
         sets = f"{DESIGNS.get(ours['samples'], ours['samples'])}, {ours['domain']}"
         sets += " + blend" if least(ours) < float(ours["mse"]) else ", equal weights"
-        errors = [scientific(least(r)) for r in (theirs, ours)]
-        ratio = f"{least(ours) / least(theirs):.3f} ± {ratio_error(ours, theirs):.3f}"
-        rows.append([scene, spp, theirs["all_else"], errors[0], sets, ours["all_else"], errors[1], ratio])
+        ratio = f"{least(ours) / least(theirs):.3f}{PLUS_MINUS}{ratio_error(ours, theirs):.3f}"
+        mse = [scientific(least(r)) for r in (ours, theirs)]
+        rows.append([scene, spp, ratio, sets, ours["all_else"], mse[0], theirs["all_else"], mse[1]])
     return markdown(rows, "l")
 
 
@@ -299,7 +301,7 @@ def scene_bias_table() -> str:
     rows[0] += ["by skewness", "unbiased"]
     for r in read(RESULTS / "scene_bias.csv"):
         passing = f"{100 * float(r['passing']):.2f} %"
-        mean = f"{float(r['mean_z']):.3f} ± {float(r['mean_z_error']):.3f}".replace("-", "−")
+        mean = f"{float(r['mean_z']):.3f}{PLUS_MINUS}{float(r['mean_z_error']):.3f}".replace("-", "−")
         squares = [f"{float(r[name]):.3f}" for name in ("mean_square_z", "expected")]
         skewed = f"{float(r['skewed_z']):.3f}".replace("-", "−") if r["skewed_z"] else "–"
         rows.append([r["scene"], r["domain"], r["rule"], r["values"], passing, *squares, mean, skewed, r["unbiased"]])
