@@ -43,6 +43,7 @@ public:
     void cut_family(const PointTree<D> &tree, Domain domain, std::size_t family, Visit &&visit) {
         tree_ = &tree;
         domain_ = domain;
+        family_ = family;
         around_.collect(tree, domain, family, around * tree.spacing_near(family));
         far_sites_.clear();
         first_ = tree.leaf_begin(tree.family_begin(family));
@@ -291,6 +292,7 @@ private:
         const double v2 = dot<D>(v, v), rounding = 1e-14 * std::sqrt(v2);
         const auto bound = [&] { return (v2 - 2.0 / magnified * gain) * (1.0 + 1e-14); };
         const auto visit_leaf = [&](std::size_t leaf, const Point<D> &turn) {
+            if (is_own(leaf) && turn == Point<D>{}) return;
             const std::size_t end = tree_->leaf_begin(leaf + 1);
             for (std::size_t s = tree_->leaf_begin(leaf); s < end; s += width) {
                 const std::array<Vector, D> p = tree_->vectors(s);
@@ -323,6 +325,11 @@ private:
         return nearest;
     }
 
+    // Whether a leaf is one of the family's: the cell has met their sites among the points around.
+    bool is_own(std::size_t leaf) const {
+        return leaf >= tree_->family_begin(family_) && leaf < tree_->family_begin(family_ + 1);
+    }
+
     bool has_clipped(const FarSite &far) const {
         return std::find(clippers_.begin(), clippers_.end(), far) != clippers_.end();
     }
@@ -341,11 +348,11 @@ private:
     const PointTree<D> *tree_ = nullptr;
     Domain domain_ = Domain::box;
     Neighbourhood<D> around_;
-    PointList<D> near_;         // of those around a leaf of the family the nearest
-    std::vector<Wanted> again_; // with more points
-    std::size_t far_ = 0;       // of them want points from beyond those around
-    double near2_ = 0.0;        // squared: the nearest points come first
-    std::size_t first_ = 0;     // site of the family
+    PointList<D> near_;                  // of those around a leaf of the family the nearest
+    std::vector<Wanted> again_;          // with more points
+    std::size_t far_ = 0;                // of them want points from beyond those around
+    double near2_ = 0.0;                 // squared: the nearest points come first
+    std::size_t family_ = 0, first_ = 0; // the family, and its first site
     Point<D> site_{};
     Box<D> side_{}; // the domain as the site sees it
     ConvexCell<D> cell_;
