@@ -1,9 +1,8 @@
 """Formulas: what they mean, and what is refused at once."""
 
-import time
-
 import numpy as np
 import pytest
+from cpu_time import cpu_time
 
 from voroquad.expression import compile_expression
 
@@ -66,7 +65,6 @@ def test_values(text, expected):
     ],
 )
 def test_refused_within_a_tenth_of_a_second(text, message):
-    start = time.process_time()
-    with pytest.raises(ValueError, match=message):
+    with cpu_time() as seconds, pytest.raises(ValueError, match=message):
         compile_expression(text, 3)
-    assert time.process_time() - start < 0.1
+    assert seconds() < 0.1
