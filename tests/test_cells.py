@@ -188,6 +188,15 @@ def test_bits_do_not_depend_on_threads(shape, periodic):
     assert one.tobytes() == two.tobytes() == four.tobytes()
 
 
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("kind", ["cantor", "octaves"])
+def test_bits_of_cells_beside_gaps_do_not_depend_on_threads(kind, d):
+    """What bounded one cell from afar is tried first for the next."""
+    points = clustered(kind, 8000, d)
+    one, *others = (vq.cells(points, threads=t).measures.tobytes() for t in (1, 2, 3, 4, 4, 4))
+    assert set(others) == {one}
+
+
 @pytest.mark.parametrize("d", [1, 2, 3])
 def test_batch_equals_its_sets(d):
     sets = np.random.default_rng(4).random((20, 33, d))

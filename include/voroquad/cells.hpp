@@ -37,29 +37,15 @@ using ConvexCell = std::conditional_t<D == 2, ConvexPolygon, ConvexPolyhedron>;
 template <int D>
 class CellCutter {
 public:
-    // Calls visit(site, cell) for the sites of a family of leaves of the tree. The cell's
-    // coordinates are relative to its site.
+    // Calls visit(site, cell) for the sites of families of leaves that follow each other in the
+    // tree. The cell's coordinates are relative to its site.
     template <class Visit>
-    void cut_family(const PointTree<D> &tree, Domain domain, std::size_t family, Visit &&visit) {
+    void cut_families(const PointTree<D> &tree, Domain domain, std::size_t first, std::size_t last,
+                      Visit &&visit) {
         tree_ = &tree;
         domain_ = domain;
-        family_ = family;
-        around_.collect(tree, domain, family, around * tree.spacing_near(family));
         far_sites_.clear();
-        first_ = tree.leaf_begin(tree.family_begin(family));
-        if constexpr (D == 2) {
-            wrap_leaves(family, visit);
-        } else {
-            near2_ = around_.reach() * around_.reach() * 0.5;
-            for (std::size_t s = first_; s < tree.leaf_begin(tree.family_begin(family + 1)); ++s) {
-                move_to(s);
-                around_.stand_at(site_, s - first_);
-                cell_.reset(side_);
-                clip_between(0.0, near2_);
-                finish(near2_);
-                visit(s, static_cast<const ConvexCell<D> &>(cell_));
-            }
-        }
+        for (std::size_t family = first; family < last; ++family) cut_family(family, visit);
     }
 
 private:
@@ -71,6 +57,31 @@ private:
     static constexpr double farther2 = 9.0;
     // So many sites of a family must want points from beyond those around for more to be collected.
     static constexpr std::size_t many = 4;
+    // So many of the last far sites are tried first in the next family.
+    static constexpr std::ptrdiff_t remembered = 8;
+
+    template <class Visit>
+    void cut_family(std::size_t family, Visit &&visit) {
+        family_ = family;
+        around_.collect(*tree_, domain_, family, around * tree_->spacing_near(family));
+        if (far_sites_.size() > remembered)
+            far_sites_.erase(far_sites_.begin(), far_sites_.end() - remembered);
+        first_ = tree_->leaf_begin(tree_->family_begin(family));
+        if constexpr (D == 2) {
+            wrap_leaves(family, visit);
+        } else {
+            const std::size_t end = tree_->leaf_begin(tree_->family_begin(family + 1));
+            near2_ = around_.reach() * around_.reach() * 0.5;
+            for (std::size_t s = first_; s < end; ++s) {
+                move_to(s);
+                around_.stand_at(site_, s - first_);
+                cell_.reset(side_);
+                clip_between(0.0, near2_);
+                finish(near2_);
+                visit(s, static_cast<const ConvexCell<D> &>(cell_));
+            }
+        }
+    }
 
     // A site, or its image by a whole turn of the torus
     struct FarSite {
@@ -243,16 +254,17 @@ private:
 
     // Clips until no site is nearer to a vertex than the cell's own: then the cell is final.
     // Points of one circle around an empty middle cost no more than others that way. What bounds
-    // a cell of the family from afar often bounds the next one too.
+    // a cell from afar often bounds the next one too: the last one comes first.
     //
     // It ends: a pass that is not the last clips with a site, or an image of one, that has not
     // clipped the cell in a pass before. What one has cut away does not come back but for
     // rounding, which would find it again and again.
     void search_far() {
         clippers_.clear();
-        for (const FarSite &far : far_sites_) {
-            const Point<D> q = seen(far);
-            if (dot<D>(q, q) < reach2(cell_)) clip_with(far);
+        for (std::size_t i = far_sites_.size(); i-- > 0;) {
+            const Point<D> q = seen(far_sites_[i]);
+            const double q2 = dot<D>(q, q); // 0 for the site itself
+            if (q2 > 0.0 && q2 < reach2(cell_)) clip_with(far_sites_[i]);
         }
         settled_.clear();
         while (clip_at_vertices()) continue;
@@ -358,7 +370,7 @@ private:
     ConvexCell<D> cell_;
     GiftWrap wraps_;
     std::vector<Chosen> chosen_, sorted_;
-    std::vector<FarSite> far_sites_; // that the family's cells have met
+    std::vector<FarSite> far_sites_; // that the last cells have met
     std::vector<FarSite> clippers_;  // of them those that have clipped the cell
     std::vector<Point<D>> settled_;  // vertices that no other site is nearer to, in order
 };
@@ -380,11 +392,11 @@ void for_each_cell(CellWorkspace<D> &work, Domain domain, unsigned threads, Visi
                    Pause &&pause = {}) {
     if (work.cutters.size() < threads) work.cutters.resize(threads);
     const auto cut_families = [&](std::size_t begin, std::size_t end, unsigned worker) {
-        for (std::size_t f = begin; f < end; ++f)
-            work.cutters[worker].cut_family(
-                work.tree, domain, f,
-                [&](std::size_t site, const auto &cell) { visit(site, cell, worker); });
+        work.cutters[worker].cut_families(
+            work.tree, domain, begin, end,
+            [&](std::size_t site, const auto &cell) { visit(site, cell, worker); });
     };
+    // The cells of a chunk know what bounded the ones before: chunks are the same for any threads.
     constexpr std::size_t grain = 128 / PointTree<D>::family_size;
     parallel_for(work.tree.families(), grain, threads, cut_families, pause);
 }

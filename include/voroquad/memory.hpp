@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstddef>
+#include <limits>
 #include <new>
 #include <utility>
 #include <vector>
@@ -22,13 +23,16 @@ struct LargePages {
     LargePages(const LargePages<U> &) {}
 
     T *allocate(std::size_t n) {
-        void *p = ::operator new(n * sizeof(T), alignment(n));
+        if (n > std::numeric_limits<std::ptrdiff_t>::max() / sizeof(T) - page)
+            throw std::bad_array_new_length();
+        const std::size_t bytes = size(n);
+        void *p = ::operator new(bytes, alignment(bytes));
 #if defined(__linux__) && defined(MADV_HUGEPAGE)
-        if (is_large(n)) ::madvise(p, n * sizeof(T), MADV_HUGEPAGE); // a hint: may fail
+        if (bytes >= page) ::madvise(p, bytes, MADV_HUGEPAGE); // a hint: may fail
 #endif
         return static_cast<T *>(p);
     }
-    void deallocate(T *p, std::size_t n) { ::operator delete(p, alignment(n)); }
+    void deallocate(T *p, std::size_t n) { ::operator delete(p, alignment(size(n))); }
 
     template <class U, class... Arguments>
     void construct(U *p, Arguments &&...arguments) {
@@ -39,9 +43,13 @@ struct LargePages {
 
 private:
     static constexpr std::size_t page = std::size_t{1} << 21;
-    static bool is_large(std::size_t n) { return n * sizeof(T) >= 2 * page; }
-    static std::align_val_t alignment(std::size_t n) {
-        return std::align_val_t{is_large(n) ? page : 64};
+    // Whole pages from half a page on
+    static std::size_t size(std::size_t n) {
+        const std::size_t bytes = n * sizeof(T);
+        return bytes < page / 2 ? bytes : (bytes + page - 1) / page * page;
+    }
+    static std::align_val_t alignment(std::size_t bytes) {
+        return std::align_val_t{bytes >= page ? page : 64};
     }
 };
 

@@ -58,8 +58,11 @@ public:
         : data_(data), size_(n), point_stride_(point_stride), axis_stride_(axis_stride) {}
 
     std::size_t size() const { return size_; }
+    const double *at(std::size_t i) const {
+        return data_ + static_cast<std::ptrdiff_t>(i) * point_stride_;
+    }
     Point<D> operator[](std::size_t i) const {
-        const double *first = data_ + static_cast<std::ptrdiff_t>(i) * point_stride_;
+        const double *first = at(i);
         Point<D> p;
         for (int a = 0; a < D; ++a) p[a] = first[a * axis_stride_];
         return p;

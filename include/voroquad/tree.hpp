@@ -44,8 +44,6 @@ public:
         Box<D> all = Box<D>::empty();
         for (std::size_t i = 0; i < n; ++i) all.include(points[i]);
 
-        entries_.resize(n);
-        spare_.resize(n);
         bucket_.resize(n);
         order_.resize(n);
         first_.resize(n + 1);
@@ -54,9 +52,9 @@ public:
         leaf_begin_.assign(1, 0);
         family_begin_.assign(1, 0);
         sites_ = placed_ = 0;
-        split(Given{points}, n, all, entries_.data(), spare_.data());
+        split(Given{points}, n, all);
         end_family();
-        first_[sites_] = static_cast<std::uint32_t>(placed_);
+        if (some_coincide()) first_[sites_] = static_cast<std::uint32_t>(placed_);
         for (auto &axis : coordinates_)
             std::fill_n(axis.data() + sites_, lanes, std::numeric_limits<double>::infinity());
         pack();
@@ -77,6 +75,7 @@ public:
     }
     // Positions in the caller's array of the points that lie at a site
     std::span<const std::uint32_t> points_at(std::size_t s) const {
+        if (!some_coincide()) return {order_.data() + s, 1};
         return {order_.data() + first_[s], first_[s + 1] - first_[s]};
     }
 
@@ -125,7 +124,7 @@ public:
     void search(const Point<D> &at, Bound &&bound, Visit &&visit) const {
         std::array<Branch, 8 * 24> stack; // at most 7 siblings wait on each of 22 levels
         std::size_t waiting = 0;
-        stack[waiting++] = {-1.0, levels_.size(), 0};
+        stack[waiting++] = {-1.0, static_cast<std::uint32_t>(levels_.size()), 0};
         while (waiting > 0) {
             const Branch branch = stack[--waiting];
             if (branch.distance2 >= bound()) continue;
@@ -133,7 +132,8 @@ public:
                 visit(branch.node);
                 continue;
             }
-            const std::size_t first = branch.node * fanout, bottom = waiting;
+            const std::size_t bottom = waiting;
+            const std::uint32_t first = branch.node * fanout;
             std::array<double, fanout> distance2;
             std::uint64_t near = 0; // absent children are infinitely far away
             for (std::size_t c = 0; c < fanout; c += width) {
@@ -145,7 +145,8 @@ public:
                 std::size_t place = waiting++;
                 for (; place > bottom && stack[place - 1].distance2 < distance2[c]; --place)
                     stack[place] = stack[place - 1];
-                stack[place] = {distance2[c], branch.level - 1, first + c};
+                stack[place] = {distance2[c], branch.level - 1,
+                                first + static_cast<std::uint32_t>(c)};
             });
         }
     }
@@ -165,63 +166,122 @@ private:
     struct Given {
         const PointView<D> &points;
         Entry operator[](std::size_t i) const { return {points[i], static_cast<std::uint32_t>(i)}; }
+        void prefetch(std::size_t i) const { __builtin_prefetch(points.at(i)); }
     };
     struct Branch {
         double distance2;
-        std::size_t level, node;
+        std::uint32_t level, node;
     };
 
-    // Boxes of one level of the tree, padded with empty ones to a multiple of the fan-out
-    struct Level {
-        std::array<std::vector<double>, D> lo, hi;
-
+    // Boxes of one level of the tree, padded with empty ones to a multiple of the fan-out. The
+    // numbers of siblings stand side by side.
+    class Level {
+    public:
+        // Makes room for n boxes; the padding is set.
         void resize(std::size_t n) {
             const std::size_t padded = (n + fanout - 1) / fanout * fanout;
-            for (auto &axis : lo) axis.assign(padded, std::numeric_limits<double>::infinity());
-            for (auto &axis : hi) axis.assign(padded, -std::numeric_limits<double>::infinity());
+            sides_.resize(2 * D * padded);
+            for (std::size_t i = n; i < padded; ++i) set(i, Box<D>::empty());
         }
         Box<D> box(std::size_t i) const {
+            const double *side = &sides_[place(i)];
             Box<D> b;
-            for (int a = 0; a < D; ++a) b.lo[a] = lo[a][i], b.hi[a] = hi[a][i];
+            for (int a = 0; a < D; ++a) b.lo[a] = side[lo(a)], b.hi[a] = side[hi(a)];
             return b;
         }
         void set(std::size_t i, const Box<D> &b) {
-            for (int a = 0; a < D; ++a) lo[a][i] = b.lo[a], hi[a][i] = b.hi[a];
+            double *side = &sides_[place(i)];
+            for (int a = 0; a < D; ++a) side[lo(a)] = b.lo[a], side[hi(a)] = b.hi[a];
         }
         // Squared distances from `query` to the boxes from `first`, as many as a vector holds
         Vector distances(std::size_t first, const Box<D> &query) const {
+            const double *side = &sides_[place(first)];
             Vector distance2{};
             for (int a = 0; a < D; ++a) {
-                const Vector above = load(&lo[a][first]) - query.hi[a];
-                const Vector below = query.lo[a] - load(&hi[a][first]);
+                const Vector above = load(side + lo(a)) - query.hi[a];
+                const Vector below = query.lo[a] - load(side + hi(a));
                 const Vector gap = larger(larger(above, below), Vector{});
                 distance2 += gap * gap;
             }
             return distance2;
         }
+
+    private:
+        static constexpr std::size_t lo(int axis) { return 2 * axis * fanout; }
+        static constexpr std::size_t hi(int axis) { return (2 * axis + 1) * fanout; }
+        // Of the first number of a box
+        static constexpr std::size_t place(std::size_t i) {
+            return i / fanout * (2 * D * fanout) + i % fanout;
+        }
+
+        LargeArray<double> sides_;
     };
 
     static constexpr std::size_t block = 4096;
     static constexpr std::size_t crowd = 12; // more points than that to a bucket are split
 
-    // Orders the entries from[0] … from[n - 1], which lie in `box`, and emits their leaves. The
-    // arrays have room for n entries.
-    template <class Entries>
-    void split(const Entries &from, std::size_t n, const Box<D> &box, Entry *entries,
-               Entry *spare) {
-        const double longest = box.longest();
-        if (n <= crowd || longest == 0.0) {
-            for (std::size_t i = 0; i < n; ++i) entries[i] = from[i];
-            return emit(entries, n);
+    // Orders all points and emits their leaves. What is sorted first is 4 bytes a point, where the
+    // order will stand; the points of a bucket are then gathered from the caller's array, where
+    // they lie far apart: they are fetched ahead.
+    void split(const Given &given, std::size_t n, const Box<D> &box) {
+        if (n > crowd && box.longest() > 0.0) {
+            const Grid grid = count(given, n, box);
+            if (grid.most > crowd) {
+                constexpr std::size_t ahead = 32;
+                reserve(grid.most);
+                std::uint32_t *const next = &starts_[grid.base];
+                for (std::size_t i = 0; i < n; ++i)
+                    order_[next[bucket_[i]]++] = static_cast<std::uint32_t>(i);
+                return for_each_bucket(grid, [&](std::size_t begin, std::size_t size) {
+                    for (std::size_t i = 0; i < size; ++i) {
+                        given.prefetch(order_[std::min(begin + i + ahead, n - 1)]);
+                        entries_[i] = given[order_[begin + i]];
+                    }
+                    return std::pair{entries_.data(), spare_.data()};
+                });
+            }
+            if (placed_all(given, n, grid)) return;
+            starts_.resize(grid.base);
         }
+        reserve(n); // few, or some coincide
+        for (std::size_t i = 0; i < n; ++i) entries_[i] = given[i];
+        split(entries_.data(), n, box, spare_.data());
+    }
 
-        // A grid with about one point to a bucket where that is fine enough for the curve, else
-        // with blocks for such grids; `unit` keeps its scale finite
+    // Orders n entries, which lie in `box`, and emits their leaves.
+    void split(Entry *from, std::size_t n, const Box<D> &box, Entry *spare) {
+        if (n <= crowd || box.longest() == 0.0) return emit(from, n);
+        const Grid grid = count(from, n, box);
+        if (grid.most > crowd) {
+            std::uint32_t *const next = &starts_[grid.base];
+            for (std::size_t i = 0; i < n; ++i) spare[next[bucket_[i]]++] = from[i];
+        } else {
+            if (placed_all(from, n, grid)) return;
+            for (std::size_t i = 0; i < n; ++i) spare[i] = placed(i);
+        }
+        for_each_bucket(grid, [&](std::size_t begin, std::size_t) {
+            return std::pair{spare + begin, from + begin};
+        });
+    }
+
+    // A grid of buckets along the curve: the counters of its buckets are on the stack from `base`
+    // on.
+    struct Grid {
+        std::size_t base, buckets;
+        std::uint32_t most; // points in a bucket
+    };
+
+    // Counts the entries in the buckets of a grid with about one point to a bucket where that is
+    // fine enough for the curve, else with blocks for such grids. Counters then stand where their
+    // buckets begin.
+    template <class Entries>
+    Grid count(const Entries &from, std::size_t n, const Box<D> &box) {
         const std::size_t buckets_wanted = n <= block ? 2 * n : n / (block / 4);
         const int bits = std::clamp(static_cast<int>(std::bit_width(buckets_wanted) - 1) / D, 1,
                                     HilbertCurve<D>::max_bits);
         const auto &curve = HilbertCurve<D>::of(bits);
-        const double unit = longest < 0x1p-900 ? 0x1p1000 : 1.0;
+        const double longest = box.longest();
+        const double unit = longest < 0x1p-900 ? 0x1p1000 : 1.0; // keeps the scale finite
         const double scale = static_cast<double>(1 << bits) / (longest * unit);
         const auto bucket_of = [&](const Point<D> &p) {
             std::size_t cell = 0;
@@ -232,52 +292,59 @@ private:
             return curve.rank[cell];
         };
 
-        // Counting sort along the curve: each bucket then ends where its counter stands.
-        const std::size_t buckets = curve.rank.size(), base = starts_.size();
-        starts_.resize(base + buckets, 0);
+        Grid grid{starts_.size(), curve.rank.size(), 0};
+        starts_.resize(grid.base + grid.buckets, 0);
+        std::uint32_t *const counter = &starts_[grid.base];
         for (std::size_t i = 0; i < n; ++i) {
             bucket_[i] = bucket_of(from[i].point);
-            ++starts_[base + bucket_[i]];
+            ++counter[bucket_[i]];
         }
-        std::uint32_t total = 0, most = 0;
-        for (std::size_t b = base; b < base + buckets; ++b) {
-            most = std::max(most, starts_[b]);
-            total += std::exchange(starts_[b], total);
+        std::uint32_t total = 0;
+        for (std::size_t b = 0; b < grid.buckets; ++b) {
+            grid.most = std::max(grid.most, counter[b]);
+            total += std::exchange(counter[b], total);
         }
-        std::uint32_t *const next = starts_.data() + base;
-        if (most > crowd) {
-            // Each bucket is filled from its front: where its later entries go is fetched ahead.
-            for (std::size_t i = 0; i < n; ++i) {
-                Entry *const to = &entries[next[bucket_[i]]++];
-                __builtin_prefetch(to + 8, 1);
-                *to = from[i];
-            }
-        } else {
-            for (std::size_t i = 0; i < n; ++i) place(from[i], next[bucket_[i]]++);
-            if (are_distinct(n, most)) {
-                starts_.resize(base);
-                return add_sites(n);
-            }
-            for (std::size_t i = 0; i < n; ++i) entries[i] = placed(i);
-        }
+        return grid;
+    }
 
-        // A crowded bucket is split further.
+    // Places all entries at once, and makes sites of them if none coincide; the counters then stand
+    // where their buckets end.
+    template <class Entries>
+    bool placed_all(const Entries &from, std::size_t n, const Grid &grid) {
+        std::uint32_t *const next = &starts_[grid.base];
+        for (std::size_t i = 0; i < n; ++i) place(from[i], next[bucket_[i]]++);
+        if (!are_distinct(n, grid.most)) return false;
+        starts_.resize(grid.base);
+        add_sites(n);
+        return true;
+    }
+
+    // Emits the buckets of a grid in turn, splits those that are crowded, and takes the grid from
+    // the stack. gather(begin, size) gives the entries of a bucket, and spare room for as many.
+    template <class Gather>
+    void for_each_bucket(const Grid &grid, Gather &&gather) {
         std::size_t begin = 0;
-        for (std::size_t b = base; b < base + buckets; ++b) {
-            const std::size_t count = starts_[b] - begin;
-            Entry *const own = entries + begin;
-            begin += count;
-            if (count <= crowd) {
-                emit(own, count);
+        for (std::size_t b = grid.base; b < grid.base + grid.buckets; ++b) {
+            const std::size_t size = starts_[b] - begin;
+            const auto [entries, spare] = gather(begin, size);
+            begin += size;
+            if (size <= crowd) {
+                emit(entries, size);
             } else {
                 Box<D> inner = Box<D>::empty();
-                for (std::size_t i = 0; i < count; ++i) inner.include(own[i].point);
+                for (std::size_t i = 0; i < size; ++i) inner.include(entries[i].point);
                 end_family();
-                split(static_cast<const Entry *>(own), count, inner, spare + (own - entries), own);
+                split(entries, size, inner, spare);
                 end_family();
             }
         }
-        starts_.resize(base);
+        starts_.resize(grid.base);
+    }
+
+    void reserve(std::size_t n) {
+        if (entries_.size() >= n) return;
+        entries_.resize(n);
+        spare_.resize(n);
     }
 
     // Where the sites end, entries are placed in any order, all before they become sites.
@@ -300,9 +367,14 @@ private:
         return same == 0;
     }
 
+    // Whether a site has more than one point: only then it is noted where the points of sites
+    // begin.
+    bool some_coincide() const { return placed_ > sites_; }
+
     // Makes sites of n placed entries.
     void add_sites(std::size_t n) {
-        std::iota(&first_[sites_], &first_[sites_] + n, static_cast<std::uint32_t>(placed_));
+        if (some_coincide())
+            std::iota(&first_[sites_], &first_[sites_] + n, static_cast<std::uint32_t>(placed_));
         sites_ += n;
         placed_ += n;
         while (leaf_begin_.back() + leaf_size < sites_) end_leaf(leaf_begin_.back() + leaf_size);
@@ -316,6 +388,7 @@ private:
             add_sites(1);
             for (std::size_t j = i + 1; j < n; ++j)
                 if (entries[j].point == p) {
+                    if (!some_coincide()) std::iota(&first_[0], &first_[sites_], 0u);
                     order_[placed_++] = entries[j].index;
                     std::swap(entries[++i], entries[j]);
                 }
@@ -376,7 +449,7 @@ private:
     std::array<LargeArray<double>, D> coordinates_;
     LargeArray<std::uint32_t> order_, first_;
     std::size_t sites_ = 0, placed_ = 0; // placed points
-    std::vector<std::size_t> leaf_begin_, family_begin_;
+    LargeArray<std::size_t> leaf_begin_, family_begin_;
     std::vector<Level> levels_;
 };
 
