@@ -252,9 +252,8 @@ private:
         chosen_.swap(sorted_);
     }
 
-    // Clips until no site is nearer to a vertex than the cell's own: then the cell is final.
-    // Points of one circle around an empty middle cost no more than others that way. What bounds
-    // a cell from afar often bounds the next one too: the last one comes first.
+    // Clips until no site is nearer to a vertex than the cell's own: then the cell is final. What
+    // bounds a cell from afar often bounds the next one too: the last one comes first.
     //
     // It ends: a pass that is not the last clips with a site, or an image of one, that has not
     // clipped the cell in a pass before. What one has cut away does not come back but for
