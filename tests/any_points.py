@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 KINDS = [
     *["any", "uniform", "lattice", "hexagonal", "flat", "diagonal", "border", "copies", "cluster", "neighbours"],
-    *["octaves", "sphere", "sphere and centre", "spokes", "rings", "mirrored"],
+    *["octaves", "sphere", "sphere and centre", "spokes", "rings", "mirrored", "seam"],
 ]
 
 
@@ -52,6 +52,9 @@ def group_of(kind: str, n: int, d: int, rng: np.random.Generator) -> np.ndarray:
             return x[rng.integers(0, max(1, n // 4), n)]
         case "cluster":
             return middle + (x - 0.5) * 10.0 ** -rng.integers(0, 311)
+        case "seam":  # a cluster on the torus, about its origin
+            x = (x - 0.5) * 10.0 ** -rng.integers(0, 20)
+            return np.where(x < 0, np.minimum(1 + x, 1 - 2.0**-53), x)
         case "neighbours":  # floating-point numbers that follow each other
             return middle + rng.integers(-3, 4, (n, d)) * np.spacing(middle)
         case "octaves":  # all distances from a point, as far as they go

@@ -12,6 +12,7 @@ import threading
 import numpy as np
 import pytest
 import pyvoro2
+from cpu_time import cpu_time
 from scipy.spatial import ConvexHull, KDTree, Voronoi
 
 import voroquad as vq
@@ -180,6 +181,30 @@ def test_points_a_hair_apart_on_a_face(d, periodic):
     assert abs(vq.cells(x, periodic=periodic).measures.sum() - 1) <= 1e-12
 
 
+@pytest.mark.parametrize("d", [2, 3])
+def test_clusters_about_a_seam(d):
+    """Their points are a hair apart and nearly 1: turns must not take the digits of what is between them."""
+    rng = np.random.default_rng(10)
+    x = (rng.random((500, 12, d)) - 0.5) * 10.0 ** -rng.integers(15, 19, (500, 1, 1))
+    x = np.where(x < 0, np.minimum(1 + x, 1 - 2.0**-53), x)
+    assert np.abs(vq.cells(x, periodic=True).measures.sum(axis=1) - 1).max() <= 1e-12
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@pytest.mark.parametrize("place", [[0, 0.3, 0.2], [0.004, 0.004, 0.004], [0.5, 0.5, 0.5], [0, 0, 0]])
+@pytest.mark.parametrize("size", [1e-14, 3e-17, 1e-90])
+def test_polyhedra_do_not_fray(place, size, periodic):
+    """A cluster's bisectors with a far site are one plane but for rounding: corners must not multiply."""
+    rng = np.random.default_rng(3)
+    cluster = place + size * rng.random((200, 3))
+    points = np.concatenate([cluster, cluster * [1, 0, 0] + [0, *place[1:]], rng.random((100, 3))])
+    cells = vq.cells(points, periodic=periodic)
+    assert abs(cells.measures.sum() - 1) <= 1e-12
+    if not periodic:
+        np.testing.assert_allclose(cells.measures @ cells.centroids, 0.5, atol=1e-12)
+    assert max(sum(map(len, faces)) for faces in cells.polyhedra()) <= 6 * len(points)  # Euler
+
+
 @pytest.mark.parametrize("shape", [(30_000, 1), (30_000, 2), (10_000, 3), (50, 64, 1), (50, 64, 2), (50, 64, 3)])
 @pytest.mark.parametrize("periodic", [False, True])
 def test_bits_do_not_depend_on_threads(shape, periodic):
@@ -216,6 +241,30 @@ def test_interrupt_ends_a_long_call():
     timer.start()
     with pytest.raises(KeyboardInterrupt):
         vq.cells(points, threads=2).measures  # noqa: B018
+
+
+@pytest.mark.parametrize(("shape", "what"), [((2, 500_000, 3), "measures"), ((2_000_000, 2), "polygons")])
+def test_interrupt_ends_sets_and_polygons_early(shape, what):
+    points = np.random.default_rng(8).random(shape)
+    cells = vq.cells(points, threads=1)
+    timer = threading.Timer(0.1, signal.raise_signal, [signal.SIGINT])
+    timer.start()
+    with cpu_time() as seconds, pytest.raises(KeyboardInterrupt):
+        cells.polygons() if what == "polygons" else cells.measures
+    assert seconds() < 0.6  # all of it takes seconds
+
+
+@pytest.mark.parametrize("as_given", [np.asarray, memoryview])
+def test_later_changes_of_what_was_given_are_not_seen(as_given):
+    points = np.random.default_rng(12).random((1000, 2))
+    cells = vq.cells(as_given(points))
+    points[::2] = np.nan
+    assert abs(cells.measures.sum() - 1) <= 1e-12
+
+
+def test_masked_points_are_refused():
+    with pytest.raises(ValueError, match="must not be masked"):
+        vq.cells(np.ma.array([[0.5, 0.5], [0.2, 0.3]], mask=[[0, 0], [1, 1]]))
 
 
 def test_polygons_have_the_measures_as_areas():

@@ -83,7 +83,8 @@ private:
         }
     }
 
-    // A site, or its image by a whole turn of the torus
+    // A site, or its image by a whole turn of the torus; where it bounded another family's cell, it
+    // may be one of this family
     struct FarSite {
         std::size_t site;
         Point<D> turn;
@@ -91,7 +92,7 @@ private:
     };
     Point<D> seen(const FarSite &far) const {
         Point<D> q = tree_->site(far.site);
-        for (int a = 0; a < D; ++a) q[a] = (q[a] - site_[a]) + far.turn[a];
+        for (int a = 0; a < D; ++a) q[a] = Turn(far.turn[a]).way(q[a], site_[a]);
         return q;
     }
 
@@ -310,7 +311,7 @@ private:
                 std::array<Vector, D> q;
                 Vector q2{}, size{}, along{};
                 for (int a = 0; a < D; ++a) {
-                    q[a] = (p[a] - site_[a]) + turn[a];
+                    q[a] = Turn(turn[a]).way(p[a], site_[a]);
                     const Vector large = magnified * q[a];
                     q2 += large * q[a];
                     size += larger(large, -large);
@@ -329,8 +330,13 @@ private:
         };
         around_.for_each_turn(
             std::numeric_limits<double>::infinity(), [&](const Point<D> &turn, bool) {
-                Point<D> at;
-                for (int a = 0; a < D; ++a) at[a] = (site_[a] - turn[a]) + v[a];
+                Box<D> at; // where the vertex is, whatever rounding does
+                for (int a = 0; a < D; ++a) {
+                    const double place = (site_[a] - turn[a]) + v[a];
+                    const double rounding = 0x1p-52 * (std::abs(turn[a]) + std::abs(place));
+                    at.lo[a] = place - rounding;
+                    at.hi[a] = place + rounding;
+                }
                 tree_->search(at, bound, [&](std::size_t leaf) { visit_leaf(leaf, turn); });
             });
         return nearest;
@@ -432,8 +438,12 @@ void cell_measures_of_sets(Set &&set, std::size_t sets, std::size_t n, Domain do
         std::vector<CellWorkspace<D>> work(std::max(1u, threads));
         const std::size_t grain = std::max<std::size_t>(1, 1024 / std::max<std::size_t>(n, 1));
         const auto measure_sets = [&](std::size_t begin, std::size_t end, unsigned worker) {
-            for (std::size_t s = begin; s < end; ++s)
-                cell_measures<D>(set(s), domain, measures + s * n, work[worker]);
+            for (std::size_t s = begin; s < end; ++s) {
+                const auto pause_here = [&] {
+                    if (worker == 0) pause(); // the calling thread
+                };
+                cell_measures<D>(set(s), domain, measures + s * n, work[worker], 1, pause_here);
+            }
         };
         parallel_for(sets, grain, threads, measure_sets, pause);
     } else {
@@ -451,17 +461,18 @@ struct Polygons {
     std::vector<std::size_t> offsets;
 };
 
-inline Polygons cell_polygons(const PointView<2> &points, Domain domain) {
+template <class Pause = NoPause>
+Polygons cell_polygons(const PointView<2> &points, Domain domain, Pause &&pause = {}) {
     CellWorkspace<2> work;
     work.tree.build(points);
 
-    // As the cells come, without edges of length zero
+    // As the cells come, without edges of length zero; a site where nothing is left
     struct Range {
         std::size_t begin, end;
     };
     std::vector<Point<2>> corners;
     std::vector<Range> polygon(points.size());
-    for_each_cell(work, domain, 1, [&](std::size_t s, const auto &cell, unsigned) {
+    const auto put = [&](std::size_t s, const auto &cell, unsigned) {
         const Point<2> site = work.tree.site(s);
         const std::size_t begin = corners.size();
         for (std::size_t v = 0; v < cell.size(); ++v) {
@@ -472,9 +483,11 @@ inline Polygons cell_polygons(const PointView<2> &points, Domain domain) {
             }
             if (corners.size() == begin || corner != corners.back()) corners.push_back(corner);
         }
+        if (corners.size() == begin) corners.push_back(site);
         while (corners.size() > begin + 1 && corners.back() == corners[begin]) corners.pop_back();
         for (const std::size_t i : work.tree.points_at(s)) polygon[i] = {begin, corners.size()};
-    });
+    };
+    for_each_cell(work, domain, 1, put, pause);
 
     // Into the caller's order
     Polygons out;

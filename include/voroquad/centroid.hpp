@@ -9,35 +9,48 @@
 
 namespace voroquad {
 
-// The centroid of what has been added piece by piece; in the middle of the pieces where all of
+// The centroid of signed pieces, whose sum is the body; in the middle of the pieces where all of
 // them are too small to have a measure.
 template <int D>
 class Centroid {
 public:
     void add(const Point<D> &middle, double measure) {
-        measure = std::max(0.0, measure);
-        for (int a = 0; a < D; ++a) {
-            moment_[a] += measure * middle[a];
-            sum_[a] += middle[a];
-        }
-        measure_ += measure;
-        pieces_ += 1.0;
+        Sum &part = measure < 0.0 ? negative_ : positive_;
+        part.add(middle, measure);
+        middles_.add(middle, 1.0);
     }
     Point<D> point() const {
-        Point<D> mean{};
-        if (pieces_ == 0.0) return mean;
-        for (int a = 0; a < D; ++a)
-            mean[a] = measure_ > 0.0 ? moment_[a] / measure_ : sum_[a] / pieces_;
-        return mean;
+        Sum body = positive_;
+        // Rounding folds slivers: they cancel. Where little else is left, the rest has no digits.
+        if (-negative_.weight < 0.5 * positive_.weight) body.add(negative_);
+        if (body.weight > 0.0) return body.mean();
+        return middles_.weight > 0.0 ? middles_.mean() : Point<D>{};
     }
 
 private:
-    Point<D> moment_{}, sum_{};
-    double measure_ = 0.0, pieces_ = 0.0;
+    struct Sum {
+        Point<D> moment{};
+        double weight = 0.0;
+
+        void add(const Point<D> &p, double w) {
+            for (int a = 0; a < D; ++a) moment[a] += w * p[a];
+            weight += w;
+        }
+        void add(const Sum &other) {
+            for (int a = 0; a < D; ++a) moment[a] += other.moment[a];
+            weight += other.weight;
+        }
+        Point<D> mean() const {
+            Point<D> p = moment;
+            for (double &c : p) c /= weight;
+            return p;
+        }
+    };
+    Sum positive_, negative_, middles_;
 };
 
 // Relative to the site. It lies in the cell, so that the triangles and tetrahedra between it and
-// the border all count positive, and nothing cancels.
+// the border count positive, and nothing cancels but what rounding has folded.
 template <class Polygon>
 Point<2> centroid(const Polygon &cell) {
     Centroid<2> centroid;

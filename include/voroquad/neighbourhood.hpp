@@ -21,8 +21,20 @@ namespace voroquad {
 // first.
 inline constexpr double magnified = 0x1p1000;
 
-// Points side by side for vectors. On the torus each has the whole turn that brings it to where
-// it is seen.
+// A whole turn of the torus takes a point down, or the site that sees it instead of the point up:
+// what comes down lies in the upper half of the unit interval, where that is exact. (Points a hair
+// on either side of a seam would lose the digits of their distance otherwise.)
+struct Turn {
+    double point, site; // what is taken from them: 0 or 1
+    explicit Turn(double turn) : point(larger(-turn, 0.0)), site(larger(turn, 0.0)) {}
+
+    template <class Number>
+    Number way(Number to, double from) const {
+        return (to - point) - (from - site);
+    }
+};
+
+// Points side by side for vectors. On the torus each has the turn of the sites that see it.
 template <int D>
 class PointList {
 public:
@@ -37,7 +49,8 @@ public:
         for (auto *axes : {&point_, &turn_})
             for (auto &axis : *axes) axis.resize(2 * (n + lanes));
     }
-    // Adds those of a vector of points whose bit is set; there is room for all.
+    // Adds those of a vector of points whose bit is set, and their sites' turns; there is room for
+    // all.
     void add(const Vectors &points, const Vectors &turns, std::uint64_t chosen) {
         for (int a = 0; a < D; ++a) store_chosen(&point_[a][size_], points[a], chosen);
         if (turned_)
@@ -58,16 +71,13 @@ public:
     // Vectors of points, and single ones, as a site sees them
     Vectors seen_from(const Point<D> &site, std::size_t i) const {
         Vectors q = points(i);
-        for (int a = 0; a < D; ++a) q[a] -= site[a];
-        if (turned_)
-            for (int a = 0; a < D; ++a) q[a] += load(&turn_[a][i]);
+        const Vectors turn = turns(i);
+        for (int a = 0; a < D; ++a) q[a] -= site[a] - turn[a];
         return q;
     }
     Point<D> point_seen_from(const Point<D> &site, std::size_t i) const {
         Point<D> q;
-        for (int a = 0; a < D; ++a) q[a] = point_[a][i] - site[a];
-        if (turned_)
-            for (int a = 0; a < D; ++a) q[a] += turn_[a][i];
+        for (int a = 0; a < D; ++a) q[a] = point_[a][i] - (site[a] - (turned_ ? turn_[a][i] : 0.0));
         return q;
     }
 
@@ -113,9 +123,8 @@ public:
             points_.clear(domain);
             add_leaves(first, last);
             for_each_turn(reach_, [&](const Point<D> &turn, bool home) {
-                const Box<D> box = box_.shifted_back(turn);
-                tree.within(box, reach_ * reach_, [&](std::size_t l) {
-                    if (!home || l < first || l >= last) add_leaf(l, box, turn);
+                tree.within(box_.turned_back(turn), reach_ * reach_, [&](std::size_t l) {
+                    if (!home || l < first || l >= last) add_leaf(l, turn);
                 });
             });
             if (points_.size() <= most_points) break;
@@ -244,13 +253,13 @@ private:
 
     std::size_t size() const { return points_.size(); }
 
-    // Squared distances from a box; the turn is added to differences, which have all digits.
+    // Squared distances from a box of sites with their turns
     static Vector distance2(const typename PointList<D>::Vectors &p,
                             const typename PointList<D>::Vectors &turn, const Box<D> &box) {
         typename PointList<D>::Vectors gap;
         for (int a = 0; a < D; ++a) {
-            const Vector above = (p[a] - box.hi[a]) + turn[a];
-            const Vector below = (box.lo[a] - p[a]) - turn[a];
+            const Vector above = p[a] - (box.hi[a] - turn[a]);
+            const Vector below = (box.lo[a] - turn[a]) - p[a];
             gap[a] = larger(larger(above, below), Vector{});
         }
         return squared<D>(gap);
@@ -264,15 +273,19 @@ private:
             points_.add(tree_->vectors(s), {}, first_lanes(end - s));
     }
 
-    // Adds the points of a leaf that are within reach of a box.
-    void add_leaf(std::size_t leaf, const Box<D> &box, const Point<D> &turn) {
+    // Adds the points of a leaf that are within reach.
+    void add_leaf(std::size_t leaf, const Point<D> &turn) {
         const std::size_t begin = tree_->leaf_begin(leaf), end = tree_->leaf_begin(leaf + 1);
         points_.reserve(points_.size() + (end - begin));
-        typename PointList<D>::Vectors turns;
-        for (int a = 0; a < D; ++a) turns[a] = Vector{} + turn[a];
+        typename PointList<D>::Vectors down, turns;
+        for (int a = 0; a < D; ++a) {
+            down[a] = Vector{} + Turn(turn[a]).point;
+            turns[a] = Vector{} + Turn(turn[a]).site;
+        }
         for (std::size_t s = begin; s < end; s += width) {
-            const auto p = tree_->vectors(s);
-            const Vector d2 = distance2(p, {}, box);
+            auto p = tree_->vectors(s);
+            for (int a = 0; a < D; ++a) p[a] -= down[a];
+            const Vector d2 = distance2(p, turns, box_);
             const std::uint64_t chosen = bits_less(d2, Vector{} + reach_ * reach_);
             points_.add(p, turns, chosen & first_lanes(end - s));
         }

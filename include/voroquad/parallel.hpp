@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <exception>
 #include <mutex>
+#include <system_error>
 #include <thread>
 #include <vector>
 
@@ -63,7 +64,10 @@ void parallel_for(std::size_t n, std::size_t grain, unsigned threads, Body &&bod
     {
         std::vector<std::jthread> crew;
         crew.reserve(workers - 1);
-        for (unsigned worker = 1; worker < workers; ++worker) crew.emplace_back(work, worker);
+        try {
+            for (unsigned worker = 1; worker < workers; ++worker) crew.emplace_back(work, worker);
+        } catch (const std::system_error &) { // no more threads to be had: those there are will do
+        }
         work(0);
     }
     if (error) std::rethrow_exception(error);

@@ -41,6 +41,10 @@ public:
     void clip(const Point<2> &q) {
         const auto half_plane = HalfSpace<2>::nearer_than(q);
         const double a = half_plane.normal[0], b = half_plane.normal[1], c = half_plane.offset;
+        if (size_ > 56) {
+            evaluate(a, b, c, padded(size_));
+            return walk_around();
+        }
         const std::uint64_t all = (std::uint64_t{1} << size_) - 1;
         std::uint64_t cut;
         if (size_ <= usual) { // loops of a fixed length: nothing to mispredict
@@ -48,7 +52,6 @@ public:
             cut = bits_below(inside_.data(), usual, 0.0) & all;
         } else {
             evaluate(a, b, c, padded(size_));
-            if (size_ > 56) return walk_around();
             cut = bits_below(inside_.data(), size_, 0.0);
         }
         if (cut == 0) return;

@@ -17,9 +17,9 @@ namespace voroquad {
 // site. A cut removes the vertices beyond the plane, puts a new vertex on every edge that
 // leads from there to what stays, and closes each hole with a face. That keeps the surface
 // closed whatever the signs are, so that nothing depends on general position: where more than
-// three faces meet, several vertices lie in one place, and rounding may at worst tear off or
-// dent a piece of its own size. New vertices lie on old edges, never at an ill-conditioned
-// intersection of three planes.
+// three faces meet, several vertices lie in one place, and rounding may tear off, dent or fold a
+// piece of its own size. New vertices lie on old edges, never at an ill-conditioned intersection
+// of three planes.
 class ConvexPolyhedron {
 public:
     void reset(const Box<3> &box) {
@@ -53,7 +53,9 @@ public:
 
     // Keeps what is nearer to the origin than to `q`.
     void clip(const Point<3> &q) {
-        if (!evaluate(HalfSpace<3>::nearer_than(q))) return;
+        const auto half_space = HalfSpace<3>::nearer_than(q);
+        if (!evaluate(half_space)) return;
+        if (is_frayed() && !cuts_more_than_rounding(half_space)) return;
         find_crossings();
         images_.push_back(q);
         if (across_.size() < images_.size()) across_.resize(2 * images_.size());
@@ -162,6 +164,30 @@ private:
             any |= out;
         }
         return any != 0;
+    }
+
+    // A polyhedron of F faces has at most 2F - 4 vertices (Euler). There are more where planes are
+    // one but for rounding, as those of a cluster seen from afar: each cuts some of the vertices
+    // on the one before and leaves others, at last exponentially many.
+    bool is_frayed() const { return free_.size() - free_places_ > 2 * images_.size(); }
+
+    // Lets vertices stay that are no farther beyond the plane than rounding may put them; tells
+    // whether others are cut off.
+    bool cuts_more_than_rounding(const HalfSpace<3> &half_space) {
+        const auto &[normal, offset] = half_space;
+        bool any = false;
+        for (std::size_t v = 0; v < size_; ++v) {
+            if (inside_[v] >= 0.0) continue;
+            double terms = offset;
+            for (std::size_t a = 0; a < 3; ++a) terms += std::abs(normal[a] * xyz_[a][v]);
+            if (inside_[v] < -1e-15 * terms) {
+                any = true;
+            } else {
+                inside_[v] = 0.0;
+                out_[v / step] &= static_cast<std::uint16_t>(~(1u << v % step));
+            }
+        }
+        return any;
     }
 
     // Lists the edges that lead from removed vertices to kept ones; frees the places of the former.

@@ -118,11 +118,11 @@ public:
         return spacing;
     }
 
-    // Calls visit(leaf) for leaves, roughly the nearest to a point first. Boxes of any level whose
+    // Calls visit(leaf) for leaves, roughly the nearest to a box first. Boxes of any level whose
     // squared distance is not below bound() are left out.
     template <class Bound, class Visit>
-    void search(const Point<D> &at, Bound &&bound, Visit &&visit) const {
-        std::array<Branch, 8 * 24> stack; // at most 7 siblings wait on each of 22 levels
+    void search(const Box<D> &query, Bound &&bound, Visit &&visit) const {
+        std::array<Branch, 8 * 12> stack; // at most 7 siblings wait on each of 11 levels
         std::size_t waiting = 0;
         stack[waiting++] = {-1.0, static_cast<std::uint32_t>(levels_.size()), 0};
         while (waiting > 0) {
@@ -137,7 +137,7 @@ public:
             std::array<double, fanout> distance2;
             std::uint64_t near = 0; // absent children are infinitely far away
             for (std::size_t c = 0; c < fanout; c += width) {
-                const Vector d = levels_[branch.level - 1].distances(first + c, {at, at});
+                const Vector d = levels_[branch.level - 1].distances(first + c, query);
                 store(&distance2[c], d);
                 near |= bits_less(d, Vector{} + bound()) << c;
             }

@@ -80,7 +80,11 @@ Array<double> intervals(Sets points, bool periodic) {
     std::vector<double> lengths(n), out(2 * n);
     std::vector<Point<2>> bounds(n);
     RankedPoints ranked;
-    cell_lengths({points.data(), n}, domain_of(periodic), lengths.data(), ranked, bounds.data());
+    {
+        nb::gil_scoped_release release;
+        cell_lengths({points.data(), n}, domain_of(periodic), lengths.data(), ranked,
+                     bounds.data());
+    }
     for (std::size_t i = 0; i < n; ++i) std::copy_n(bounds[i].begin(), 2, out.begin() + 2 * i);
     return own(std::move(out), {n, 2});
 }
@@ -88,7 +92,7 @@ Array<double> intervals(Sets points, bool periodic) {
 std::pair<Array<double>, Array<std::size_t>> polygons(Sets points, bool periodic) {
     Polygons cells = [&] {
         nb::gil_scoped_release release;
-        return cell_polygons({points.data(), points.shape(1)}, domain_of(periodic));
+        return cell_polygons({points.data(), points.shape(1)}, domain_of(periodic), CheckSignals());
     }();
     const std::size_t offsets = cells.offsets.size();
     return {flat<2>(cells.vertices), own(std::move(cells.offsets), {offsets})};

@@ -37,10 +37,12 @@ def one_of(name: str, value: Any, known: Iterable[str]) -> str:
     return str(value)
 
 
-def refuse_complex(name: str, points: ArrayLike) -> None:
-    """Raise ValueError for complex numbers, whose imaginary part NumPy would drop."""
+def refuse_lossy(name: str, points: ArrayLike) -> None:
+    """Raise ValueError for what NumPy would drop on the way to real numbers: imaginary parts and masks."""
     if np.iscomplexobj(points):
         raise ValueError(f"{name} must be real, got complex numbers; give their two parts as two coordinates")
+    if np.ma.is_masked(points):
+        raise ValueError(f"{name} must not be masked; drop the masked rows, as numpy.ma.compress_rows does")
 
 
 def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points") -> NDArray[np.float64]:
@@ -48,7 +50,7 @@ def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points"
 
     One-dimensional input is read as (n, 1). With `closed`, 1 is allowed too.
     """
-    refuse_complex(name, points)
+    refuse_lossy(name, points)
     try:
         array = np.asarray(points, dtype=np.float64)
     except (TypeError, ValueError) as error:

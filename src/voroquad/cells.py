@@ -23,7 +23,7 @@ class Cells:
     @cached_property
     def measures(self) -> NDArray[np.float64]:
         """Length, area or volume (n,) of each point's cell; (sets, n) for a batch. They sum to 1 per set."""
-        batch = np.atleast_3d(self._points) if self._points.ndim == 3 else self._points[None]
+        batch = self._points if self._points.ndim == 3 else self._points[None]
         measures = _core.measures(batch, self.periodic, self._threads)
         return measures if self._points.ndim == 3 else measures[0]
 
@@ -106,6 +106,5 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
     array = unit_points(points, closed=not periodic)
     if array.shape[-1] > 3:
         raise ValueError(f"cells are computed for d = 1, 2 and 3, got points with d = {array.shape[-1]}")
-    if isinstance(points, np.ndarray) and np.may_share_memory(array, points):
-        array = array.copy()  # what is checked here is what is cut later
-    return Cells(array, bool(periodic), thread_count(threads))
+    # A copy: what is checked here is what is cut later
+    return Cells(array.copy(), bool(periodic), thread_count(threads))

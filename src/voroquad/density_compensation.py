@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from . import _core
-from ._checks import one_of, positive_int, refuse_complex, thread_count
+from ._checks import one_of, positive_int, refuse_lossy, thread_count
 from .cells import cells
 
 ROUNDING = 1e-6  # how far a position of a trajectory in float32 may miss the face it is on
@@ -71,9 +71,10 @@ def density_compensation(
     """
     one_of("rim", rim, ("auto", "box", "ball"))
     positions = _positions(trajectory, shape)
-    radius = float(np.linalg.norm(positions, axis=1).max())
+    largest = float(np.abs(positions).max())
+    radius = largest * float(np.linalg.norm(positions / (largest or 1.0), axis=1).max())  # no square underflows
     if rim == "auto":
-        rim = "ball" if 0 < radius <= 1.2 * np.abs(positions).max() else "box"
+        rim = "ball" if 0 < radius <= 1.2 * largest else "box"
     if rim == "box":
         return cells(np.clip(positions + 0.5, 0, 1), threads=threads).measures
     if radius == 0:
@@ -83,7 +84,7 @@ def density_compensation(
 
 
 def _positions(trajectory: ArrayLike, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
-    refuse_complex("trajectory", trajectory)
+    refuse_lossy("trajectory", trajectory)
     array = np.asarray(trajectory, dtype=np.float64)
     if array.ndim not in (2, 3) or array.shape[-1] not in (2, 3) or array.size == 0:
         raise ValueError(f"trajectory must have shape (shots, samples, d) or (n, d) with d = 2 or 3, got {array.shape}")
@@ -95,10 +96,8 @@ def _positions(trajectory: ArrayLike, shape: tuple[int, ...] | None) -> NDArray[
             f"sample {first} of the trajectory is {positions[first].tolist()}, not inside [-0.5, 0.5]; "
             "scale the trajectory to cycles per voxel"
         )
-    if isinstance(shape, int):
-        raise ValueError(
-            f"shape must have a number for each axis, such as {(shape,) * positions.shape[1]}, got {shape}"
-        )
+    if shape is not None and np.ndim(shape) != 1:
+        raise ValueError(f"shape must have a number for each axis, such as (64,) * {positions.shape[1]}, got {shape!r}")
     if shape is not None and len([positive_int("shape", n) for n in shape]) != positions.shape[1]:
         raise ValueError(f"shape {tuple(shape)} must have as many axes as the trajectory has: {positions.shape[1]}")
     return positions

@@ -146,7 +146,7 @@ def fit_strata(samples: SampleSet, order: int | str, threads: int, values: Array
     unbiased for every integrand. Of multi-jittered sets, all samples of the colour of x_i are left out.
     docs/theory.md, (10) and (11).
     """
-    points = np.atleast_3d(samples.points) if samples.points.ndim == 3 else samples.points[None]
+    points = samples.points if samples.points.ndim == 3 else samples.points[None]
     assert samples.strata is not None
     sets, n, _ = points.shape
     if values is None:
