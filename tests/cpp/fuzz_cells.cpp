@@ -1,6 +1,6 @@
 // What must hold for any finite points of the box: measures are finite, non-negative and sum
 // to 1, in one, two and three dimensions, on the box and on the torus; so do those in the ball,
-// and centroids lie in the box. The bytes of an input are the dimension, the domain and what to
+// and centroids lie in the box, whose own is their mean. The bytes of an input are the dimension, the domain and what to
 // check, then coordinates. Build with -fsanitize=fuzzer and VOROQUAD_LIBFUZZER defined for
 // libFuzzer, or without: then main() runs the files named on the command line, or random inputs.
 // corpus/ is what libFuzzer kept (docs/cells.md).
@@ -57,6 +57,15 @@ void check_shapes(const voroquad::PointView<D> &points, voroquad::Domain domain)
     voroquad::cell_centroids<D>(points, domain, centroids.data());
     for (const auto &centroid : centroids)
         for (const double c : centroid) require(std::abs(c - 0.5) <= 1.0, "a centroid", D, n, c);
+    if (domain == voroquad::Domain::box) {
+        voroquad::CellWorkspace<D> work;
+        voroquad::cell_measures<D>(points, domain, measures.data(), work);
+        for (int a = 0; a < D; ++a) {
+            double moment = 0.0;
+            for (std::size_t i = 0; i < n; ++i) moment += measures[i] * centroids[i][a];
+            require(std::abs(moment - 0.5) <= 1e-12, "moment - 1/2", D, n, moment - 0.5);
+        }
+    }
 
     std::size_t cells;
     if constexpr (D == 2) cells = voroquad::cell_polygons(points, domain).offsets.size();
