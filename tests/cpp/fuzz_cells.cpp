@@ -1,9 +1,9 @@
 // What must hold for any finite points of the box: measures are finite, non-negative and sum
 // to 1, in one, two and three dimensions, on the box and on the torus; so do those in the ball,
-// and centroids lie in the box, whose own is their mean. The bytes of an input are the dimension, the domain and what to
-// check, then coordinates. Build with -fsanitize=fuzzer and VOROQUAD_LIBFUZZER defined for
-// libFuzzer, or without: then main() runs the files named on the command line, or random inputs.
-// corpus/ is what libFuzzer kept (docs/cells.md).
+// and centroids lie in the box, whose own is their mean. The bytes of an input are the dimension,
+// the domain and what to check, then coordinates. Build with -fsanitize=fuzzer and
+// VOROQUAD_LIBFUZZER defined for libFuzzer, or without: then main() runs the files named on the
+// command line, or random inputs. corpus/ is what libFuzzer kept (docs/cells.md).
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -88,12 +88,18 @@ double coordinate(const std::uint8_t *bytes) {
     std::memcpy(&word, bytes, sizeof word);
     const double unit = static_cast<double>(word >> 11) * 0x1p-53;
     switch (word & 7) {
-    case 0: return unit;
-    case 1: return std::ldexp(unit, -static_cast<int>(word >> 3 & 255) * 4);
-    case 2: return 0.5 + unit * 1e-15;
-    case 3: return 0.0;
-    case 4: return std::floor(unit * 3.0) / 3.0;
-    default: return std::floor(unit * 8.0) / 8.0;
+    case 0:
+        return unit;
+    case 1:
+        return std::ldexp(unit, -static_cast<int>(word >> 3 & 255) * 4);
+    case 2:
+        return 0.5 + unit * 1e-15;
+    case 3:
+        return 0.0;
+    case 4:
+        return std::floor(unit * 3.0) / 3.0;
+    default:
+        return std::floor(unit * 8.0) / 8.0;
     }
 }
 
@@ -107,9 +113,15 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
     const auto domain = data[0] & 4 ? voroquad::Domain::torus : voroquad::Domain::box;
     const bool shapes = data[0] & 8;
     switch (data[0] & 3) {
-    case 0: check<1>(points, domain, shapes); break;
-    case 1: check<2>(points, domain, shapes); break;
-    default: check<3>(points, domain, shapes); break;
+    case 0:
+        check<1>(points, domain, shapes);
+        break;
+    case 1:
+        check<2>(points, domain, shapes);
+        break;
+    default:
+        check<3>(points, domain, shapes);
+        break;
     }
     return 0;
 }
