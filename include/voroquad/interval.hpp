@@ -83,8 +83,8 @@ inline void cell_lengths(const PointView<1> &points, Domain domain, double *leng
             below = begin > 0 ? 0.5 * (x - at(begin - 1)) : x;
             above = end < n ? 0.5 * (at(end) - x) : 1.0 - x;
         } else {
-            below = 0.5 * (begin > 0 ? x - at(begin - 1) : (x - last) + 1.0);
-            above = 0.5 * (end < n ? at(end) - x : (first - x) + 1.0);
+            below = 0.5 * (begin > 0 ? x - at(begin - 1) : x + (1.0 - last));
+            above = 0.5 * (end < n ? at(end) - x : first + (1.0 - x));
         }
         for (std::size_t i = begin; i < end; ++i) {
             lengths[ranked.position(i)] = (below + above) / static_cast<double>(end - begin);
