@@ -149,6 +149,19 @@ def test_no_density_is_too_uneven(kind, d):
     assert abs(measures.sum() - 1) <= 1e-12
 
 
+@pytest.mark.parametrize(("d", "free"), [(2, 1), (3, 1), (3, 2)])
+@pytest.mark.parametrize("size", [1e-8, 1e-12])
+def test_narrow_lines_and_planes_take_no_longer(d, free, size):
+    """All their points are as far from a far vertex, to the last digit."""
+    points = np.full((8000, d), 0.5)
+    points[:, :free] = 0.3 + size * (np.random.default_rng(11).random((8000, free)) - 0.5)
+    cells = vq.cells(points, periodic=True, threads=1)
+    with cpu_time() as seconds:
+        measures = cells.measures
+    assert seconds() < 1.5  # 0.2, or more than 3 where each vertex meets all points
+    assert abs(measures.sum() - 1) <= 1e-12
+
+
 @pytest.mark.parametrize("k", [3, 7, 8, 9, 31, 63, 64, 65, 500, 2000])
 @pytest.mark.parametrize("radius", [0.2, 1e-9])
 def test_a_cell_with_any_number_of_edges(k, radius):

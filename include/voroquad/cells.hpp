@@ -303,6 +303,9 @@ private:
         double gain = 0.0;
         const double v2 = dot<D>(v, v), rounding = 1e-14 * std::sqrt(v2);
         const auto bound = [&] { return (v2 - 2.0 / magnified * gain) * (1.0 + 1e-14); };
+        // Where distances differ by no more than their rounding, gains still tell. (All points of a
+        // line across the way to v are about as far as the site.)
+        const double doubt = 4e-14 * v2 + 4e-15 * std::sqrt(v2);
         const auto visit_leaf = [&](std::size_t leaf, const Point<D> &turn) {
             if (is_own(leaf) && turn == Point<D>{}) return;
             const std::size_t end = tree_->leaf_begin(leaf + 1);
@@ -337,9 +340,27 @@ private:
                     at.lo[a] = place - rounding;
                     at.hi[a] = place + rounding;
                 }
-                tree_->search(at, bound, [&](std::size_t leaf) { visit_leaf(leaf, turn); });
+                const auto worth = [&](double distance2, const Box<D> &box) {
+                    return distance2 < bound() - doubt || may_gain(box, turn, v, rounding);
+                };
+                tree_->search(at, bound, worth, [&](std::size_t leaf) { visit_leaf(leaf, turn); });
             });
         return nearest;
+    }
+
+    // Whether a site in a box may gain more at v than rounding can: q·v - |q|²/2 is at most the sum
+    // of what each coordinate of q can gain.
+    bool may_gain(const Box<D> &box, const Point<D> &turn, const Point<D> &v,
+                  double rounding) const {
+        double most = 0.0, least = 0.0;
+        for (int a = 0; a < D; ++a) {
+            const Turn along(turn[a]);
+            const double lo = along.way(box.lo[a], site_[a]), hi = along.way(box.hi[a], site_[a]);
+            const double best = std::clamp(v[a], lo, hi);
+            most += magnified * best * (v[a] - 0.5 * best);
+            least += magnified * std::max({lo, -hi, 0.0});
+        }
+        return most > 0.5 * rounding * least || least == 0.0;
     }
 
     // Whether a leaf is one of the family's: the cell has met their sites among the points around.

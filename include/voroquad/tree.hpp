@@ -119,9 +119,10 @@ public:
     }
 
     // Calls visit(leaf) for leaves, roughly the nearest to a box first. Boxes of any level whose
-    // squared distance is not below bound() are left out.
-    template <class Bound, class Visit>
-    void search(const Box<D> &query, Bound &&bound, Visit &&visit) const {
+    // squared distance is not below bound() are left out, and those that are not worth(distance2,
+    // box).
+    template <class Bound, class Worth, class Visit>
+    void search(const Box<D> &query, Bound &&bound, Worth &&worth, Visit &&visit) const {
         std::array<Branch, 8 * 12> stack; // at most 7 siblings wait on each of 11 levels
         std::size_t waiting = 0;
         stack[waiting++] = {-1.0, static_cast<std::uint32_t>(levels_.size()), 0};
@@ -142,6 +143,7 @@ public:
                 near |= bits_less(d, Vector{} + bound()) << c;
             }
             for_each_bit(near, [&](std::size_t c) {
+                if (!worth(distance2[c], levels_[branch.level - 1].box(first + c))) return;
                 std::size_t place = waiting++;
                 for (; place > bottom && stack[place - 1].distance2 < distance2[c]; --place)
                     stack[place] = stack[place - 1];
