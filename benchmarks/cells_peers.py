@@ -164,6 +164,10 @@ def output_of(*command: object) -> str:
 def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]]]:
     """Names, points and programs; the first program is what the others are compared with."""
     alone: dict[str, Program | None] = {"voroquad": voroquad}
+    beside_uniform: dict[str, Program | None] = {
+        "voroquad": voroquad,
+        "voroquad, uniform points": lambda x: voroquad(uniform(*x.shape)),
+    }
     torus: dict[str, Program | None] = {
         "voroquad": voroquad_torus,
         "freud": freud if importlib.util.find_spec("freud") else None,
@@ -190,8 +194,8 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         ("2-D uniform", uniform(10**6, 2), in_plane),
         ("2-D uniform", uniform(10**7, 2), alone),
         ("2-D uniform", uniform(10**6, 2), threads),
-        ("2-D Gaussian, sigma 1e-4", gaussian(10**5, 2), alone),
-        ("2-D Cantor set", cantor(10**5, 2), alone),
+        ("2-D Gaussian, sigma 1e-4", gaussian(10**5, 2), beside_uniform),
+        ("2-D Cantor set", cantor(10**5, 2), beside_uniform),
         ("2-D 4096 sets of 64", small_sets, alone),
         ("2-D 4096 sets of 64", small_sets, threads),
         ("3-D uniform", uniform(10**5, 3), in_space),
