@@ -29,8 +29,8 @@ from scipy.spatial import Delaunay, Voronoi
 import voroquad as vq
 
 HERE = Path(__file__).parent
-ROUNDS = 3
-SHORT, AGAIN = 2.0, 4  # seconds; a program that takes less runs so many times more in each round
+ROUNDS, MOST_ROUNDS = 3, 15
+SHORT = 2.0  # seconds; a program that takes less runs in all rounds
 PACKAGES = ("voroquad", "numpy", "scipy", "pyvoro2", "freud-analysis")
 
 Result = TypeVar("Result")
@@ -222,10 +222,9 @@ def main() -> None:
         for name, points, programs in cases(Path(folder)):
             present = {program: run for program, run in programs.items() if run}
             least = dict.fromkeys(present, np.inf)
-            for _ in range(ROUNDS):
+            for k in range(MOST_ROUNDS):
                 for program, run in present.items():
-                    least[program] = min(least[program], run(points))
-                    for _ in range(AGAIN if least[program] < SHORT else 0):
+                    if k < ROUNDS or least[program] < SHORT:
                         least[program] = min(least[program], run(points))
             n = points.size // points.shape[-1]
             for program, seconds in least.items():
