@@ -173,7 +173,7 @@ def cells_table() -> str:
 
 def cells_summary() -> str:
     """Time per point of cells, and how many times as long the peers take."""
-    measured = [r for r in read(RESULTS / "cells_peers.csv") if "thread" not in r["program"]]
+    measured = [r for r in read(RESULTS / "cells_peers.csv") if not r["program"].startswith("voroquad,")]
     rows = [["points", "N", "voroquad", "the others, times as long"]]
     for points, n in dict.fromkeys((r["points"], r["n"]) for r in measured):
         own, *others = (r for r in measured if (r["points"], r["n"]) == (points, n))
