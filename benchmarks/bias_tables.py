@@ -17,7 +17,7 @@ os.environ.setdefault("VOROQUAD_NUM_THREADS", "1")
 
 import numpy as np
 
-from voroquad.bias_tables import BiasTable, directly, table_plan
+from voroquad.rules.bias_tables import BiasTable, directly, table_plan
 
 RESULTS = Path(__file__).parent / "results" / "bias_tables.csv"
 CASES: list[tuple[int, int, tuple[int, ...] | None]] = [

@@ -19,11 +19,11 @@ import numpy as np
 from csv_rows import put
 from scipy import stats
 
-from voroquad._checks import whole_numbers
-from voroquad.cross_fit import fit_replicates
-from voroquad.leave_one_out import default_order, fit_strata
-from voroquad.quadrature import REPLICATES, ROUNDING
-from voroquad.samplers import SampleSet, sample
+from voroquad._support.checks import whole_numbers
+from voroquad.designs.sampling import SampleSet, sample
+from voroquad.integrals.quad import REPLICATES, ROUNDING
+from voroquad.rules.cross_fit import fit_replicates
+from voroquad.rules.strata_fits import default_order, fit_strata
 from voroquad.study.genz import FAMILIES, instances
 
 GRIDS = {

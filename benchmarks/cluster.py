@@ -24,7 +24,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from voroquad._files import atomic_path
+from voroquad._support.files import atomic_path
 
 RESULT = Path(__file__).parent / "results" / "cluster.csv"
 BIN = Path(sys.executable).parent
@@ -42,7 +42,7 @@ COMMANDS = {
 #: Loaded by the workers: leaves a line for each unit that is begun
 COUNT = """
 import os
-from voroquad.units import Series
+from voroquad._support.units import Series
 if Series.value.__name__ == "value":  # Dask loads it more than once
     value = Series.value
     def counted(self, k):
@@ -381,8 +381,8 @@ def speed() -> Rows:
 
 def overhead() -> Rows:
     """What Dask and the store add to a unit, and the memory of the client."""
+    from voroquad._support.units import Series
     from voroquad.cluster import connected
-    from voroquad.units import Series
 
     with (
         cluster(workers=1) as dask,

@@ -16,7 +16,7 @@ import numpy as np
 from csv_rows import put
 
 import voroquad as vq
-from voroquad._checks import whole_numbers
+from voroquad._support.checks import whole_numbers
 from voroquad.study.genz import FAMILIES, instances
 
 RESULTS = Path(__file__).parent / "results" / "coverage.csv"

@@ -18,7 +18,7 @@ from peer_rules import CUBIC_ORDERS, cubic_rule
 from scipy.special import erf
 
 import voroquad as vq
-from voroquad.leave_one_out import HIGHEST_ORDER
+from voroquad.rules.strata_fits import HIGHEST_ORDER
 from voroquad.study.functions import INTEGRANDS, half_plane_moment
 from voroquad.study.integrand import Array, Integrand
 

@@ -23,7 +23,7 @@ from pathlib import Path
 import numpy as np
 from playwright.sync_api import Page, sync_playwright
 
-from voroquad._files import atomic_path
+from voroquad._support.files import atomic_path
 
 RESULT = Path(__file__).parent / "results" / "explorer_drag.csv"
 CASES = ((1, "Voronoi cells"), (2, "Voronoi cells"), (2, "leave-one-out"))

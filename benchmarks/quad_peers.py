@@ -16,7 +16,7 @@ from pathlib import Path
 
 from peer_rules import COMPARATORS
 
-from voroquad._checks import whole_numbers
+from voroquad._support.checks import whole_numbers
 from voroquad.study.drawing import write_rows
 from voroquad.study.genz_suite import run_genz, sizes_up_to, time_rows
 from voroquad.study.peers import OURS, PEERS

@@ -21,7 +21,7 @@ from pathlib import Path
 from playwright.sync_api import Browser, sync_playwright
 
 from voroquad.report.page import write_report
-from voroquad.results import Results
+from voroquad.results.manifest import Results
 
 RESULT = Path(__file__).parent / "results" / "report_opening.csv"
 

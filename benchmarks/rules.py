@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from voroquad.samplers import sample
+from voroquad.designs.sampling import sample
 from voroquad.study.convergence import Measurement, Method, measure
 from voroquad.study.functions import INTEGRANDS
 

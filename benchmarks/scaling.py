@@ -21,7 +21,7 @@ from pathlib import Path
 import numpy as np
 import psutil
 
-from voroquad._files import atomic_path
+from voroquad._support.files import atomic_path
 
 RESULTS = Path(__file__).parent / "results"
 COSTS, PREDICTIONS = RESULTS / "scaling_costs.csv", RESULTS / "scaling.csv"
@@ -101,7 +101,7 @@ def render_costs() -> Iterator[tuple[str, float, str]]:
 
 
 def _table(integrator: object) -> object:
-    from voroquad.tables import SampleTable
+    from voroquad.sample_tables import SampleTable
 
     return SampleTable.make(**integrator.recipe(256, 7))  # type: ignore[attr-defined]
 
@@ -111,8 +111,8 @@ def dask_costs() -> Iterator[tuple[str, float, str]]:
     from cluster import cluster
     from distributed import Client
 
+    from voroquad._support.units import Series
     from voroquad.cluster import OnDask, Store
-    from voroquad.units import Series
 
     with cluster(workers=1) as dask, Client(dask.address) as client, tempfile.TemporaryDirectory() as folder:
         client.wait_for_workers(1)

@@ -17,11 +17,11 @@ from pathlib import Path
 import numpy as np
 from csv_rows import put
 
-from voroquad._checks import whole_numbers
-from voroquad.kriging import model
-from voroquad.leave_one_out import default_order, fit_strata
-from voroquad.quadrature import largest_grid
-from voroquad.samplers import sample
+from voroquad._support.checks import whole_numbers
+from voroquad.designs.sampling import sample
+from voroquad.integrals.quad import largest_grid
+from voroquad.rules.kriging import model
+from voroquad.rules.strata_fits import default_order, fit_strata
 
 RESULTS = Path(__file__).parent / "results" / "weight_bounds.csv"
 FEWEST, ALL_SETS, MANY = 100, 256, 1156

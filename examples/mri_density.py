@@ -27,7 +27,7 @@ from mrinufft.density import get_density
 from scipy.special import j1
 
 import voroquad.mri_nufft  # noqa: F401 (registers "voroquad")
-from voroquad.style import DPI, house_style, new_figure
+from voroquad.results.style import DPI, house_style, new_figure
 
 METHODS = {"voroquad": {"threads": 1}, "voronoi": {}, "cell_count": {}}
 

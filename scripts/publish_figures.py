@@ -20,7 +20,7 @@ from pathlib import Path
 from matplotlib.axes import Axes
 from matplotlib.image import imread
 
-from voroquad.style import house_style, new_figure
+from voroquad.results.style import house_style, new_figure
 
 ROOT = Path(__file__).parents[1]
 FIGURES = ROOT / "docs" / "figures"

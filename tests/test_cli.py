@@ -10,7 +10,7 @@ import pytest
 
 import voroquad as vq
 from voroquad import cli
-from voroquad.expression import compile_expression
+from voroquad.integrals.expression import compile_expression
 
 PROGRAM = [sys.executable, "-c", "from voroquad.cli import main; main()"]
 

@@ -8,16 +8,16 @@ Each sample is weighted with the piece of the domain it stands for, without bias
 >>> estimate = w @ np.exp(s.points.sum(axis=1))
 """
 
-from .bias import bias_function
-from .cells import Cells, cells
-from .density_compensation import density_compensation
-from .integrand import IntegrationWarning
-from .measures import PiecewiseUniform, ProductMeasure
-from .quadrature import QuadResult, quad
-from .samplers import SampleSet, sample
-from .sphere import sphere_points, sphere_weights
-from .tables import SampleTable
-from .weights import weights
+from .designs.sampling import SampleSet, sample
+from .geometry.cells import Cells, cells
+from .geometry.density_compensation import density_compensation
+from .geometry.sphere import sphere_points, sphere_weights
+from .integrals.integrand import IntegrationWarning
+from .integrals.measures import PiecewiseUniform, ProductMeasure
+from .integrals.quad import QuadResult, quad
+from .rules.bias import bias_function
+from .rules.registry import weights
+from .sample_tables import SampleTable
 
 __version__ = "0.1.0"
 __all__ = [

@@ -19,7 +19,7 @@ from typer.exceptions import TyperException
 from . import __version__
 
 if TYPE_CHECKING:
-    from .units import Pool
+    from ._support.units import Pool
 
 #: Exit code of a command ended by Ctrl-C, as shells have it
 INTERRUPTED = 130
@@ -72,7 +72,7 @@ def weights(
     as_json: AsJson = False,
 ) -> None:
     """Weigh the points of a CSV file."""
-    from .pointfiles import weigh_file
+    from .integrals.pointfiles import weigh_file
 
     summary = weigh_file(points, output, order=order, debias=debias, design=design)
     if as_json:
@@ -109,8 +109,8 @@ def integrate(
     as_json: AsJson = False,
 ) -> None:
     """Integrate a formula over a box: value(uncertainty)."""
-    from .expression import compile_expression, parse_bounds
-    from .quadrature import quad
+    from .integrals.expression import compile_expression, parse_bounds
+    from .integrals.quad import quad
 
     a, b = parse_bounds(bounds)
     with warnings.catch_warnings(record=True) as caught:
@@ -165,7 +165,7 @@ def study(
     as_json: AsJson = False,
 ) -> None:
     """Run a numerical study: figures, numbers as CSV."""
-    from ._checks import whole_numbers
+    from ._support.checks import whole_numbers
     from .report.page import write_report
     from .study import suites
 
@@ -230,7 +230,7 @@ def table(
     as_json: AsJson = False,
 ) -> None:
     """Make a table of weighted sample sets."""
-    from .tables import make_file
+    from .sample_tables import make_file
 
     summary = make_file(output, design, n=n, d=d, sets=sets, order=order, debias=debias, rng=seed)
     if as_json:
@@ -312,7 +312,7 @@ def compare(
     as_json: AsJson = False,
 ) -> None:
     """Compare weighted sample sets with other samplers on a Mitsuba scene."""
-    from ._checks import whole_numbers
+    from ._support.checks import whole_numbers
     from .mitsuba.compare import compare as run
     from .mitsuba.compare import summary
     from .mitsuba.loading import parse_size
@@ -341,7 +341,7 @@ def compare(
 @contextmanager
 def _pool(scheduler: str | None, workers: int | None, store: str | None, output: Path) -> Iterator[Pool]:
     """What computes the units of work."""
-    from .units import ONE_PROCESS
+    from ._support.units import ONE_PROCESS
 
     if scheduler is None and workers is None and store is None:
         yield ONE_PROCESS

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .density_compensation import density_compensation
+from .geometry.density_compensation import density_compensation
 
 try:
     from mrinufft.density.utils import register_density

@@ -19,8 +19,8 @@ import trustme
 from distributed import LocalCluster, Security
 
 from voroquad import cli
+from voroquad._support.units import Series
 from voroquad.cluster import connect, connected
-from voroquad.units import Series
 
 ENVIRONMENT = os.environ | {"VOROQUAD_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 

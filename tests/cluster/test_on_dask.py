@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from voroquad._support.units import InProcess, Series
 from voroquad.cluster import OnDask, Store, on_dask
 from voroquad.study.convergence import METHODS_2D, measure
 from voroquad.study.functions import INTEGRANDS
-from voroquad.units import InProcess, Series
 
 
 def silent(name, steps):

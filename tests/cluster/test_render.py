@@ -6,10 +6,10 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from voroquad._support.units import InProcess
 from voroquad.cluster import OnDask, Store
 from voroquad.mitsuba import accumulation
 from voroquad.mitsuba.render import render
-from voroquad.units import InProcess
 
 SCENE = """<scene version="3.0.0">
     <integrator type="path"> <integer name="max_depth" value="3"/> </integrator>

@@ -11,8 +11,8 @@ import pytest
 from fsspec.implementations.memory import MemoryFileSystem
 
 from voroquad import cli
+from voroquad._support.units import InProcess, Series
 from voroquad.cluster import Store
-from voroquad.units import InProcess, Series
 
 SERIES = Series("2d-sobol-8", 6, (3, 2), np.zeros)
 VALUE = np.random.default_rng(1).random((3, 2))

@@ -9,7 +9,7 @@ from hypothesis import example, given
 from hypothesis import strategies as st
 
 from voroquad.explore.integrands import typed
-from voroquad.expression import compile_expression
+from voroquad.integrals.expression import compile_expression
 
 NAMES = ["x", "y", "exp", "pi", "__import__", "os", "eval", "open", "np", "self", "globals", "__class__", "lambda"]
 PIECES = [*NAMES, *"+-*/%^()[]{}.,:;=<>!&|@~'\"\\", "**", "1", "1e300", "9" * 50, " ", "\n", "if", "for", "in", "j"]

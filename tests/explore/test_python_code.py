@@ -12,7 +12,7 @@ from voroquad.explore.experiment import Experiment
 from voroquad.explore.integrands import FIRST, preset, typed
 from voroquad.explore.python_code import numpy_source, python_code
 from voroquad.explore.rules import method, weigh
-from voroquad.expression import compile_expression
+from voroquad.integrals.expression import compile_expression
 
 
 def run(code):

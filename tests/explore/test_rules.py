@@ -5,9 +5,9 @@ import itertools
 import pytest
 
 import voroquad as vq
+from voroquad.designs.sampling import GRIDDED
 from voroquad.explore.edits import EditedSet
 from voroquad.explore.rules import EQUAL, HIGHEST_ORDER, SAMPLERS, WEIGHTS, method, offered, weigh
-from voroquad.samplers import GRIDDED
 
 
 @pytest.mark.parametrize("d", [1, 2])

@@ -14,7 +14,7 @@ from voroquad.mitsuba.figures import closeup_windows
 from voroquad.mitsuba.loading import load_scene
 from voroquad.mitsuba.methods import Stage, methods_for
 from voroquad.report.errors import read_errors
-from voroquad.results import Results
+from voroquad.results.manifest import Results
 
 ALL = methods.UNIFORM, methods.UNIFORM_W, *methods.STRATIFIED, methods.ZERO_TWO, *methods.SOBOL, methods.HALTON
 ALL += methods.OF_MITSUBA

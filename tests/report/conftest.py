@@ -14,7 +14,7 @@ import OpenEXR
 import pytest
 
 from voroquad.report.page import PAGE, write_report
-from voroquad.results import Figure, ImageComparison, Line, Plot, Rendering, Results, Section
+from voroquad.results.manifest import Figure, ImageComparison, Line, Plot, Rendering, Results, Section
 
 if TYPE_CHECKING:
     from playwright.sync_api import Browser, Page

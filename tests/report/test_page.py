@@ -7,7 +7,7 @@ import pytest
 
 from voroquad import cli
 from voroquad.report.page import LARGEST_SVG, write_report
-from voroquad.results import Figure, ImageGrid, Results, Section, Table
+from voroquad.results.manifest import Figure, ImageGrid, Results, Section, Table
 
 PNG = base64.b64decode(
     "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="

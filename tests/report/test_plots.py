@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from voroquad.report.plots import fit_power_law, make_plots
-from voroquad.results import Figure, Line, Plot
+from voroquad.results.manifest import Figure, Line, Plot
 from voroquad.study.convergence import METHODS_1D, Measurement, fit_slope
 
 HEADER = ["method", "n", "mse", "mse_error", "bias"]

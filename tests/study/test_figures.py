@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 from voroquad import bias_function
+from voroquad.results.style import spread
 from voroquad.study import figures_bias, figures_bins
 from voroquad.study.figures_bias import draw_three, mean_bias, simulate_bias
 from voroquad.study.figures_bias_plane import draw_bias_plane
 from voroquad.study.figures_bins import StepDensity, draw_bins
 from voroquad.study.figures_cells import draw_cells
 from voroquad.study.functions import INTEGRANDS
-from voroquad.style import spread
 
 
 @pytest.mark.statistical

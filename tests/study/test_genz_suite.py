@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from voroquad import cli
-from voroquad.results import Results
+from voroquad.results.manifest import Results
 from voroquad.study import genz_suite
 from voroquad.study.genz import FAMILIES
 from voroquad.study.genz_suite import UNFINISHED, Cell, Settings, ratio_rows, run_genz, sizes_up_to

@@ -1,8 +1,8 @@
 import numpy as np
 import pytest
 
+from voroquad._support.units import tree_sum
 from voroquad.study.moments import Moments, add_packed
-from voroquad.units import tree_sum
 
 
 @pytest.fixture

@@ -4,7 +4,7 @@ import json
 import pytest
 
 from voroquad import cli
-from voroquad.results import Results
+from voroquad.results.manifest import Results
 from voroquad.study import figures_bias, figures_bins, run
 
 

@@ -14,8 +14,8 @@ from contextlib import ExitStack, contextmanager
 import dask.config
 from distributed import Client, LocalCluster
 
-from .._checks import positive_int
-from ..units import InProcess, Pool
+from .._support.checks import positive_int
+from .._support.units import InProcess, Pool
 from .on_dask import OnDask
 from .store import Store
 

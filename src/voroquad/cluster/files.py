@@ -10,7 +10,7 @@ from pathlib import Path
 
 from distributed import Worker, WorkerPlugin, get_worker
 
-from .._files import atomic_path
+from .._support.files import atomic_path
 
 
 @dataclass(frozen=True)

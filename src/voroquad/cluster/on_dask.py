@@ -17,7 +17,7 @@ from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, wait
 from distributed.comm.core import CommClosedError
 
 from .. import __version__
-from ..units import Add, Advance, Array, Series, TreeSum, computed, tree_sum
+from .._support.units import Add, Advance, Array, Series, TreeSum, computed, tree_sum
 from .files import Files, SentFile
 from .store import Store
 
@@ -42,7 +42,7 @@ class _Part:
 
 
 class OnDask:
-    """The pool of a Dask cluster; its results are the bits of :class:`voroquad.units.InProcess`.
+    """The pool of a Dask cluster; its results are the bits of :class:`voroquad._support.units.InProcess`.
 
     Parameters
     ----------

@@ -12,7 +12,7 @@ from bokeh.events import DoubleTap, MouseMove, Pan, PanEnd, PanStart, PointEvent
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
-from ..samplers import SampleSet, sample
+from ..designs.sampling import SampleSet, sample
 from .controls import LARGEST_SET, EditControls
 from .edits import EditedSet
 

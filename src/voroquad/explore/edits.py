@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..samplers import SampleSet, as_sample_set
+from ..designs.sampling import SampleSet, as_sample_set
 
 Array = NDArray[np.float64]
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..samplers import sample
+from ..designs.sampling import sample
 from ..study.convergence import Measurement, Method, measurement, powers_of_two
 from ..study.integrand import Integrand
 from ..study.moments import Moments

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from bokeh.document import Document, without_document_lock
 
-from ..samplers import SampleSet, sample
+from ..designs.sampling import SampleSet, sample
 from .controls import LARGEST_SET, ProblemControls, Readings, RuleControls
 from .editing import Editing
 from .experiment import Experiment

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import cubature
 
-from ..expression import compile_expression
-from ..samplers import sample
+from ..designs.sampling import sample
+from ..integrals.expression import compile_expression
 from ..study.functions import INTEGRANDS_1D, INTEGRANDS_2D
 from ..study.integrand import Integrand
 
@@ -61,7 +61,7 @@ def typed(text: str, d: int) -> Problem:
     Parameters
     ----------
     text : str
-        What :func:`voroquad.expression.compile_expression` reads, in x (and y).
+        What :func:`voroquad.integrals.expression.compile_expression` reads, in x (and y).
     d : int
         Dimension, 1 or 2.
 

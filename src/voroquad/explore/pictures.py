@@ -22,8 +22,8 @@ from bokeh.plotting import figure
 from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
-from ..bias import BIAS_DESIGNS, bias_function
-from ..cells import cells
+from ..geometry.cells import cells
+from ..rules.bias import BIAS_DESIGNS, bias_function
 from ..study.integrand import Integrand
 from .edits import EditedSet
 from .style import MUTED, diverging_mapper, new_plot

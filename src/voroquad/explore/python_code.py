@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..expression import CONSTANTS
+from ..integrals.expression import CONSTANTS
 from ..study.convergence import Method
 from .edits import ADDED, EditedSet
 from .experiment import Replicates

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
-from ..samplers import DESIGNS, GRIDDED, SampleSet
+from ..designs.sampling import DESIGNS, GRIDDED, SampleSet
+from ..rules.registry import RULES
 from ..study.convergence import Method
-from ..weights import RULES
 from .edits import EditedSet
 
 #: Choice of weights that no rule makes: 1/N each.

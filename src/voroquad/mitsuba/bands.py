@@ -16,9 +16,9 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from .._checks import thread_count
-from ..tables import SampleTable, kept_table
-from ..units import Advance, Array, File, Pool, Series
+from .._support.checks import thread_count
+from .._support.units import Advance, Array, File, Pool, Series
+from ..sample_tables import SampleTable, kept_table
 from .accumulation import Footprint, Pass
 from .loading import load_scene, make_integrator, motion_of, one_line_errors, own_integrator, scene_files
 from .rounds import alone

@@ -15,12 +15,12 @@ import mitsuba as mi
 import numpy as np
 
 from .. import __version__
-from .._checks import positive_int
-from .._files import atomic_directory
-from .._progress import progress_bar
-from ..equal_error import equal_error_ratio
-from ..results import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
-from ..units import ONE_PROCESS, Advance, LocalFile, Pool
+from .._support.checks import positive_int
+from .._support.files import atomic_directory
+from .._support.progress import progress_bar
+from .._support.units import ONE_PROCESS, Advance, LocalFile, Pool
+from ..results.equal_error import equal_error_ratio
+from ..results.manifest import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
 from .bands import Camera, Shot, forgetting
 from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
 from .loading import scene_hash, scene_path, use_variant
@@ -118,9 +118,10 @@ def compare(
     rounds of independent unweighted Owen-scrambled Sobol' sets, averaged. Half the rounds against the other half,
     mean((A − B)²)/4, estimates its own mean squared error; it is in ``errors.csv``, beside MSE, relative MSE
     (mean of (image − reference)² / (reference² + 0.01)), ꟻLIP, seconds and the equal-error ratio: the samples per pixel
-    with which ``uniform`` has the same MSE, over those of the image (:func:`voroquad.equal_error.equal_error_ratio`).
-    Seconds are those of rendering an image, in all, whoever rendered, and without compilation. Mitsuba's own samplers
-    are compared at those spp that they make exactly; objects that move in slices have none of them.
+    with which ``uniform`` has the same MSE, over those of the image
+    (:func:`voroquad.results.equal_error.equal_error_ratio`). Seconds are those of rendering an image, in all, whoever
+    rendered, and without compilation. Mitsuba's own samplers are compared at those spp that they make exactly;
+    objects that move in slices have none of them.
     """
     check_seed(seed)
     spp, seeds = sorted({positive_int("spp", n) for n in spp}), positive_int("seeds", seeds)

@@ -8,7 +8,7 @@ from typing import Any
 import drjit as dr
 import mitsuba as mi
 
-from .._checks import one_of
+from .._support.checks import one_of
 
 
 @dataclass

@@ -12,8 +12,8 @@ from matplotlib.image import imsave
 from matplotlib.ticker import NullFormatter, NullLocator
 from numpy.typing import NDArray
 
-from ..results import Line
-from ..style import FAINT, MUTED, LineLabel, house_style, label_line_ends, new_figure
+from ..results.manifest import Line
+from ..results.style import FAINT, MUTED, LineLabel, house_style, label_line_ends, new_figure
 from .render import Image, rgb, srgb
 
 Window = tuple[slice, slice]

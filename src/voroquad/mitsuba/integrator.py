@@ -9,12 +9,12 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from .. import orthogonal
-from .._checks import one_of, positive_int
-from ..cells import cells
-from ..samplers import DESIGNS, SampleSet, sample
-from ..tables import SampleTable
-from ..weights import DEBIAS, MAX_ORDER, find_rule, weights
+from .._support.checks import one_of, positive_int
+from ..designs import orthogonal
+from ..designs.sampling import DESIGNS, SampleSet, sample
+from ..geometry.cells import cells
+from ..rules.registry import DEBIAS, MAX_ORDER, find_rule, weights
+from ..sample_tables import SampleTable
 from .accumulation import quotient
 from .bands import table_of
 from .blend import TILE, Floats

@@ -13,7 +13,7 @@ from typing import Any
 
 import mitsuba as mi
 
-from .._checks import positive_int
+from .._support.checks import positive_int
 
 SCENES = Path(__file__).parent / "scenes"
 VARIANT, SPECTRAL_VARIANT = "llvm_ad_rgb", "llvm_ad_spectral"

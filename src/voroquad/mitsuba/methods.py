@@ -8,9 +8,9 @@ from typing import Any
 
 import mitsuba as mi
 
-from ..results import Line
-from ..samplers import sample
-from ..style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION
+from ..designs.sampling import sample
+from ..results.manifest import Line
+from ..results.style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION
 from .domains import find_domain
 from .loading import make_integrator, motion_of, own_integrator
 

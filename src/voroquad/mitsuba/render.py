@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import __version__
-from .._checks import one_of, positive_int
-from .._files import atomic_path, check_writable
-from .._progress import progress_bar
-from ..units import ONE_PROCESS, LocalFile, Pool
+from .._support.checks import one_of, positive_int
+from .._support.files import atomic_path, check_writable
+from .._support.progress import progress_bar
+from .._support.units import ONE_PROCESS, LocalFile, Pool
 from .bands import Camera, Shot, forgetting
 from .blend import Floats
 from .loading import one_line_errors, scene_hash, scene_path, use_variant

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from .._files import atomic_path
+from .._support.files import atomic_path
 from .accumulation import Pass
 from .blend import Floats, Share, of_own_half
 

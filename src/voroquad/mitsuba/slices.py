@@ -11,7 +11,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from ..tables import SampleTable
+from ..sample_tables import SampleTable
 from .accumulation import Footprint
 from .blend import Floats
 from .domains import CameraSample

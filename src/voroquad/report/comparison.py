@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from ..results import ImageComparison, Rendering
+from ..results.manifest import ImageComparison, Rendering
 from .embed import embedded
 from .errors import Errors, read_errors
 from .images import PALETTE, ZERO_BITS, Pixels, pack, read_exr, viewer_plots

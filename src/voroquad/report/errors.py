@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from ..equal_error import Samples, equal_error_ratio
+from ..results.equal_error import Samples, equal_error_ratio
 from .numbers import ratio
 
 

@@ -7,7 +7,7 @@ import re
 
 from markupsafe import Markup, escape
 
-from ..equal_error import Samples
+from ..results.equal_error import Samples
 
 
 def is_number(text: str) -> bool:

@@ -15,8 +15,8 @@ from functools import cached_property
 from pathlib import Path
 
 from .. import __version__
-from .._files import atomic_path
-from ..results import Figure, ImageComparison, Results, Section, Table
+from .._support.files import atomic_path
+from ..results.manifest import Figure, ImageComparison, Results, Section, Table
 from .comparison import Viewer, make_viewer
 from .embed import library
 from .numbers import is_number, ratio, scientific, shortened, signed, subscripts

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..results import Figure, Line, Plot
+from ..results.manifest import Figure, Line, Plot
 from .embed import embedded
 from .numbers import superscript
 

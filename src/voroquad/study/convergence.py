@@ -7,9 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from ..samplers import SampleSet, sample
-from ..units import ONE_PROCESS, Advance, Array, Pool, Series
-from ..weights import weights
+from .._support.units import ONE_PROCESS, Advance, Array, Pool, Series
+from ..designs.sampling import SampleSet, sample
+from ..rules.registry import weights
 from .integrand import Integrand
 from .moments import Moments, add_packed
 

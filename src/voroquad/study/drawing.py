@@ -9,8 +9,8 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from .. import results
-from ..style import house_style
+from ..results import manifest
+from ..results.style import house_style
 
 #: A table: one mapping from column to value per row, all with the same columns.
 Rows = Sequence[Mapping[str, object]]
@@ -24,18 +24,18 @@ class Drawing:
     rows: Rows
     caption: str
     alt: str
-    plots: Sequence[results.Plot] = ()
+    plots: Sequence[manifest.Plot] = ()
     series: str = "method"
-    lines: Mapping[str, results.Line] = field(default_factory=dict)
+    lines: Mapping[str, manifest.Line] = field(default_factory=dict)
 
-    def save(self, folder: Path, stem: str) -> results.Figure:
+    def save(self, folder: Path, stem: str) -> manifest.Figure:
         """Write ``stem.png``, ``.svg`` and ``.csv`` into `folder`."""
         with house_style():
             self.figure.savefig(folder / f"{stem}.png")
             self.figure.set_layout_engine("none")  # the SVG keeps the layout found for the PNG
             self.figure.savefig(folder / f"{stem}.svg", metadata={"Date": None})
         write_rows(folder / f"{stem}.csv", self.rows)
-        return results.Figure(
+        return manifest.Figure(
             f"{stem}.png",
             self.caption,
             self.alt,

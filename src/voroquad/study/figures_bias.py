@@ -8,10 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from ..bias import bias_function
-from ..samplers import sample
-from ..style import BLUE, FAINT, GREEN, INK, MUTED, VERMILION, house_style, new_figure
-from ..weights import weights
+from ..designs.sampling import sample
+from ..results.style import BLUE, FAINT, GREEN, INK, MUTED, VERMILION, house_style, new_figure
+from ..rules.bias import bias_function
+from ..rules.registry import weights
 from .drawing import Drawing
 
 Array = NDArray[np.float64]

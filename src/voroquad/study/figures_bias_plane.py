@@ -6,8 +6,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.image import AxesImage
 
-from ..bias import bias_function
-from ..style import BLUE, INK, VERMILION, house_style, new_figure
+from ..results.style import BLUE, INK, VERMILION, house_style, new_figure
+from ..rules.bias import bias_function
 from .drawing import Drawing
 
 N = 64

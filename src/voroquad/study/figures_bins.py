@@ -10,10 +10,10 @@ from matplotlib.collections import PatchCollection
 from matplotlib.patches import Rectangle
 from numpy.typing import NDArray
 
-from ..cells import cells
-from ..samplers import sample
-from ..style import BLUE, FAINT, INK, MUTED, VERMILION, house_style, new_figure
-from ..weights import weights
+from ..designs.sampling import sample
+from ..geometry.cells import cells
+from ..results.style import BLUE, FAINT, INK, MUTED, VERMILION, house_style, new_figure
+from ..rules.registry import weights
 from .drawing import Drawing
 from .functions import INTEGRANDS
 from .integrand import Integrand

@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from matplotlib.colors import TwoSlopeNorm
 
-from ..cells import cells
-from ..samplers import SampleSet, sample
-from ..style import INK, house_style, new_figure
+from ..designs.sampling import SampleSet, sample
+from ..geometry.cells import cells
+from ..results.style import INK, house_style, new_figure
 from .drawing import Drawing
 
 SAMPLES = 100

@@ -11,8 +11,8 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.ticker import NullFormatter, NullLocator
 
-from ..results import Line, Plot
-from ..style import BLUE, GREEN, INK, PURPLE, VERMILION, LineLabel, house_style, label_line_ends, new_figure
+from ..results.manifest import Line, Plot
+from ..results.style import BLUE, GREEN, INK, PURPLE, VERMILION, LineLabel, house_style, label_line_ends, new_figure
 from .convergence import Measurement, Method, Slope, fit_slope
 from .drawing import Drawing
 from .integrand import Integrand

@@ -9,8 +9,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter, NullLocator
 
-from ..results import Line, Plot
-from ..style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION, LineLabel, house_style, label_line_ends, new_figure
+from ..results.manifest import Line, Plot
+from ..results.style import (
+    BLUE,
+    GREEN,
+    INK,
+    MUTED,
+    PURPLE,
+    SKY,
+    VERMILION,
+    LineLabel,
+    house_style,
+    label_line_ends,
+    new_figure,
+)
 from .drawing import Drawing
 from .genz import FAMILIES
 

@@ -12,8 +12,8 @@ import numpy as np
 import scipy.integrate
 from scipy.stats import qmc
 
-from ..integrand import IntegrationWarning
-from ..quadrature import quad
+from ..integrals.integrand import IntegrationWarning
+from ..integrals.quad import quad
 from .integrand import Array, Integrand
 
 #: Randomised sets that a rule takes the mean of, as qmc_quad does by default.

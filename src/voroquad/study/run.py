@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from .. import __version__
-from .._checks import positive_int
-from .._files import atomic_directory
-from .._progress import progress_bar
-from ..results import Figure, Results, Section, Table
-from ..units import ONE_PROCESS, Advance, Pool
+from .._support.checks import positive_int
+from .._support.files import atomic_directory
+from .._support.progress import progress_bar
+from .._support.units import ONE_PROCESS, Advance, Pool
+from ..results.manifest import Figure, Results, Section, Table
 from .convergence import METHODS_1D, METHODS_2D, Measurement, measure, powers_of_two, replicates_at, units
 from .drawing import Drawing, read_rows, write_rows
 from .figures_bias import draw_bias_function, draw_three

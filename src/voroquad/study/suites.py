@@ -8,8 +8,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from .._checks import one_of
-from ..results import Results
+from .._support.checks import one_of
+from ..results.manifest import Results
 from . import genz_suite, run
 
 

@@ -1,0 +1,84 @@
+"""What every entry point asks of its arguments, in one place, so that errors read alike."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+def positive_int(name: str, value: Any) -> int:
+    """Return `value` as an int of at least 1."""
+    try:
+        number = int(value)
+    except (TypeError, ValueError, OverflowError):
+        number = 0
+    if isinstance(value, bool) or number < 1 or number != value:
+        raise ValueError(f"{name} must be a whole number of at least 1, got {value!r}")
+    return number
+
+
+def whole_numbers(name: str, text: str) -> tuple[int, ...]:
+    """Read "16,64,256", each a whole number of at least 1."""
+    try:
+        numbers = [int(part) for part in text.split(",")]
+    except ValueError:
+        raise ValueError(f"{name} must be whole numbers separated by commas, got {text!r}") from None
+    return tuple(positive_int(name, number) for number in numbers)
+
+
+def one_of(name: str, value: Any, known: Iterable[str]) -> str:
+    """Return `value` if it is one of the `known` names."""
+    names = list(known)
+    if value not in names:
+        raise ValueError(f"unknown {name} {value!r}; choose one of {', '.join(names)}")
+    return str(value)
+
+
+def refuse_lossy(name: str, points: ArrayLike) -> None:
+    """Raise ValueError for what NumPy would drop on the way to real numbers: imaginary parts and masks."""
+    if np.iscomplexobj(points):
+        raise ValueError(f"{name} must be real, got complex numbers; give their two parts as two coordinates")
+    if np.ma.is_masked(points):
+        raise ValueError(f"{name} must not be masked; drop the masked rows, as numpy.ma.compress_rows does")
+
+
+def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points") -> NDArray[np.float64]:
+    """Return `points` as a float64 array, of any strides, (n, d) or (sets, n, d) inside [0, 1)^d.
+
+    One-dimensional input is read as (n, 1). With `closed`, 1 is allowed too.
+    """
+    refuse_lossy(name, points)
+    try:
+        array = np.asarray(points, dtype=np.float64)
+    except (TypeError, ValueError) as error:
+        raise ValueError(f"{name} must be an array of numbers, got {type(points).__name__}") from error
+    if array.ndim == 1:
+        array = array[:, None]
+    if array.ndim not in (2, 3):
+        raise ValueError(f"{name} must have shape (n, d) or (sets, n, d), got {array.shape}")
+    if 0 in array.shape:
+        raise ValueError(f"{name} must hold at least one point and one coordinate, got shape {array.shape}")
+    if not (array.min() >= 0 and (array.max() <= 1 if closed else array.max() < 1)):  # NaN is neither
+        outside = ~((array >= 0) & ((array <= 1) if closed else (array < 1)))
+        first = tuple(int(i) for i in np.argwhere(outside.any(axis=-1))[0])
+        index = first[0] if len(first) == 1 else first
+        interval = "[0, 1]" if closed else "[0, 1)"
+        raise ValueError(
+            f"{name}[{index}] = {array[first].tolist()} is not inside {interval}^{array.shape[-1]}; "
+            "scale the points to the unit box or drop it"
+        )
+    return array
+
+
+#: No machine has more processors to use for one call, and each takes memory.
+MOST_THREADS = 1024
+
+
+def thread_count(threads: int | None) -> int:
+    """Return the number of threads to use: `threads`, else VOROQUAD_NUM_THREADS, else all processors."""
+    from .. import _core
+
+    return _core.default_thread_count() if threads is None else min(positive_int("threads", threads), MOST_THREADS)

@@ -1,0 +1,1 @@
+"""Integrals of functions: `quad`, measures, typed formulas and point files."""

@@ -1,0 +1,113 @@
+"""The bias function G of order-0 weights: E[Σ_i |V_i| f(x_i)] = ∫ G(x) f(x) dx."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._support.checks import one_of, positive_int, unit_points
+from ..designs.sampling import grid_shape
+from . import bias_tables
+
+BIAS_DESIGNS = ("uniform", "stratified")
+#: Up to so many points G is integrated at each of them; beyond, a table is cheaper.
+FEW = 64
+
+
+def bias_function(x: ArrayLike, n: int, design: str = "uniform") -> NDArray[np.float64]:
+    """Bias function G of the Voronoi weights of n samples.
+
+    Parameters
+    ----------
+    x : array_like, (m,) or (m, d), d = 1, 2 or 3
+        Where to evaluate G, in [0, 1]^d.
+    n : int
+        Number of samples of a set.
+    design : {"uniform", "stratified"}
+        How the samples are drawn: independent and uniform, or one in each box of a near-cubic grid.
+
+    Returns
+    -------
+    ndarray, (m,)
+        G(x) > 0. G ≡ 1 would mean no bias; ∫ G = 1. Exact to rounding for d = 1. For d = 2 the
+        error is below 1e-4 and 1e-5 on average, for d = 3 below 1e-3 and 2e-4 on average.
+
+    Raises
+    ------
+    ValueError
+        x outside [0, 1]^d, n < 1, an unknown design, d > 3, an n without a near-cubic grid.
+
+    Notes
+    -----
+    A point y belongs to the cell of a sample at x if no other sample is nearer to y, that is, lies in
+    the ball B(y, \\|y − x\\|). With S_i the stratum of x, for uniform and for stratified samples,
+
+        G(x) = n ∫ (1 − \\|B(y, \\|y−x\\|) ∩ Ω\\|)^(n−1) dy ,
+        G(x) = n ∫ Π_{j≠i} (1 − n \\|B(y, \\|y−x\\|) ∩ S_j\\|) dy .
+
+    Uniform samples have G = 1 except in a boundary layer a few n^(−1/d) deep. Stratified ones have a
+    G that jumps between strata and, for d > 1, varies with the period of the strata inside the box
+    too. In one dimension the integral is (Guo and Eisemann)
+
+        G(x) = [ (n − n x − x) x^(n−1) + (n x + x − 1) (1 − x)^(n−1) + 2 ] / 2
+
+    for uniform samples; for stratified ones it is (n x + 3/2) / 2 in the first stratum, its mirror
+    image in the last, and 1 between. For d > 1 the balls are cut by boxes in closed form and the
+    integral over y is done by quadrature: at the points asked for when they are few, and else at the
+    nodes of a table, which is kept in memory and in the user's cache directory
+    (VOROQUAD_CACHE_DIR says where).
+
+    References
+    ----------
+    J. Guo and E. Eisemann, "Geometrical Sample Reweighting for Monte Carlo Integration".
+
+    Examples
+    --------
+    >>> import voroquad as vq
+    >>> vq.bias_function([0.0, 0.25, 0.5], n=3)
+    array([0.5   , 1.0625, 1.25  ])
+    >>> vq.bias_function([[0.0, 0.0], [0.02, 0.5], [0.5, 0.5]], n=64).round(4)
+    array([0.3635, 0.762 , 1.    ])
+    """
+    points = unit_points(x, closed=True, name="x")
+    n = positive_int("n", n)
+    one_of("design", design, BIAS_DESIGNS)
+    if points.ndim != 2 or points.shape[1] > 3:
+        raise ValueError(f"x must have shape (m,) or (m, d) with d at most 3, got {points.shape}")
+    d = points.shape[1]
+    strata = grid_shape(n, d) if design == "stratified" else None
+    if d > 1 and n > 1 and len(points) <= FEW:
+        return bias_tables.directly(points, n, strata)
+    return bias_at(points, n, strata)
+
+
+def bias_at(points: NDArray[np.float64], n: int, strata: tuple[int, ...] | None) -> NDArray[np.float64]:
+    """G at points (..., d) of [0, 1]^d, in closed form or from a table; strata None: uniform samples."""
+    d = points.shape[-1]
+    if n == 1:
+        return np.ones(points.shape[:-1])
+    if d > 1:
+        return bias_tables.table(n, d, strata)(points)
+    return uniform_interval(points[..., 0], n) if strata is None else stratified_interval(points[..., 0], n)
+
+
+def uniform_interval(x: NDArray[np.float64], n: int) -> NDArray[np.float64]:
+    """G of n independent uniform samples of [0, 1], elementwise.
+
+    The powers are taken as exp((n−1) log): exact at the ends (log 0 = −∞ gives the power 0) and
+    accurate to a few units in the last place of 1 for any n.
+    """
+    with np.errstate(divide="ignore"):
+        below = np.exp((n - 1) * np.log(x))  # x^(n−1)
+        above = np.exp((n - 1) * np.log1p(-x))  # (1 − x)^(n−1)
+    return ((n * (1 - x) - x) * below + (n * x - (1 - x)) * above + 2) / 2
+
+
+def stratified_interval(x: NDArray[np.float64], n: int) -> NDArray[np.float64]:
+    """G of one sample in each [(i−1)/n, i/n), elementwise.
+
+    The first sample's weight is (x_1 + x_2)/2, whose mean for x_1 = x is (x + 3/(2n))/2; an inner
+    one's is (x_{i+1} − x_{i−1})/2, of mean 1/n whatever x_i.
+    """
+    first, last = n * x < 1, n * x >= n - 1
+    return np.where(first, (n * x + 1.5) / 2, np.where(last, (n * (1 - x) + 1.5) / 2, 1.0))

@@ -1,0 +1,308 @@
+"""Tables of the bias function: G by quadrature at Chebyshev nodes, made once and kept."""
+
+from __future__ import annotations
+
+import itertools
+import math
+import os
+import zipfile
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+import platformdirs
+from numpy.polynomial.chebyshev import chebvander
+from numpy.typing import NDArray
+
+from .. import _core
+from .._support.checks import thread_count
+from .._support.files import atomic_path
+
+Floats = NDArray[np.float64]
+
+#: Part of every file name; raise it when values, nodes or layout change.
+_FORMAT = 2
+_POINTS_AT_A_TIME = 4096  # when interpolating
+#: So many products OpenBLAS makes on one thread; with more, so thin a matrix waits longer for threads than it takes.
+_ONE_THREAD = 2**18
+
+
+class Axis(Protocol):
+    """One axis of a table: panels that stand for parts of [0, 1], which G sees alike."""
+
+    @property
+    def panels(self) -> int:
+        """How many there are."""
+        ...
+
+    def locate(self, x: Floats) -> tuple[NDArray[np.intp], Floats]:
+        """The panel (m,) of coordinates (m,) and where in it they are, in [−1, 1]."""
+        ...
+
+    def position(self, panel: NDArray[np.intp], u: Floats) -> Floats:
+        """A coordinate in [0, 1] at u of the panel, for the quadrature."""
+        ...
+
+    def integrals(self, size: int) -> Floats:
+        """∫ over [0, 1] of each panel's Chebyshev polynomials, (panels, size)."""
+        ...
+
+
+@dataclass(frozen=True)
+class BoundaryLayer:
+    """Uniform sets: G depends on the distance from the border, up to a depth where it is constant."""
+
+    depth: float
+
+    @property
+    def panels(self) -> int:
+        return 1
+
+    def locate(self, x: Floats) -> tuple[NDArray[np.intp], Floats]:
+        distance = np.minimum(np.minimum(x, 1 - x), self.depth)
+        return np.zeros(x.shape, np.intp), 2 * distance / self.depth - 1
+
+    def position(self, panel: NDArray[np.intp], u: Floats) -> Floats:
+        return self.depth * (u + 1) / 2
+
+    def integrals(self, size: int) -> Floats:
+        beyond = 1 - 2 * self.depth  # where every polynomial has its value 1 at u = 1
+        return (2 * self.depth * _chebyshev_means(size) + beyond)[None]
+
+
+@dataclass(frozen=True)
+class Strata:
+    """Stratified sets: strata at equal distance from the border look alike, and all that are far from it.
+
+    `k` strata of as many kinds as there are `panels`, as seen from a grid of `proxy` strata of the
+    same shape in which G is the same.
+    """
+
+    k: int
+    proxy: int
+    panels: int
+
+    def locate(self, x: Floats) -> tuple[NDArray[np.intp], Floats]:
+        stratum = np.minimum((x * self.k).astype(np.intp), self.k - 1)
+        u = 2 * (x * self.k - stratum) - 1
+        mirror = self.k - 1 - stratum
+        return np.minimum(np.minimum(stratum, mirror), self.panels - 1), np.where(stratum > mirror, -u, u)
+
+    def position(self, panel: NDArray[np.intp], u: Floats) -> Floats:
+        innermost = (self.proxy - 1) // 2
+        symmetric = (panel == self.panels - 1) & (self.k != 2 * self.panels)
+        stratum = np.where(symmetric, innermost, panel)
+        return (stratum + (1 + np.where(symmetric, -np.abs(u), u)) / 2) / self.proxy
+
+    def integrals(self, size: int) -> Floats:
+        depth = np.minimum(np.arange(self.k), self.k - 1 - np.arange(self.k))
+        counts = np.bincount(np.minimum(depth, self.panels - 1), minlength=self.panels)
+        return counts[:, None] / self.k * _chebyshev_means(size)
+
+
+def _chebyshev_means(size: int) -> Floats:
+    """½ ∫ T_q over [−1, 1] for q = 0 … size − 1: 1/(1 − q²) for even q, 0 for odd."""
+    q = np.arange(size)
+    return np.where(q % 2, 0.0, 1 / np.where(q % 2, 1.0, 1.0 - q**2))
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a table is made of: the axes, the nodes per panel and the quadrature at a node."""
+
+    name: str
+    axes: tuple[Axis, ...]
+    nodes: int
+    resolution: tuple[int, int]
+    n: int
+    strata: tuple[int, ...] | None  # the grid that the quadrature sees; None: uniform samples
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        return (*(axis.panels for axis in self.axes), *(self.nodes,) * len(self.axes))
+
+    def points(self) -> tuple[Floats, NDArray[np.intp]]:
+        """The distinct points (m, d) to evaluate, and for each entry of the table which one it is.
+
+        Coordinates are sorted among axes that are alike: G does not change when they are swapped.
+        """
+        d = len(self.axes)
+        indices = np.indices(self.shape).reshape(2 * d, -1)
+        u = np.cos(np.pi * (np.arange(self.nodes) + 0.5) / self.nodes)
+        x = np.stack([axis.position(indices[a], u[indices[d + a]]) for a, axis in enumerate(self.axes)], axis=1)
+        for alike in {tuple(b for b in range(d) if self.axes[b] == axis) for axis in self.axes}:
+            x[:, alike] = np.sort(x[:, alike], axis=1)
+        _, first, which = np.unique(x.round(12), axis=0, return_index=True, return_inverse=True)
+        return np.ascontiguousarray(x[first]), which.ravel()
+
+    def coefficients(self) -> Floats:
+        """Chebyshev coefficients of G on every tuple of panels."""
+        d = len(self.axes)
+        x, which = self.points()
+        values = integrate(x, self.n, self.strata, self.resolution)[which].reshape(self.shape)
+        u = np.cos(np.pi * (np.arange(self.nodes) + 0.5) / self.nodes)
+        inverse = np.linalg.inv(chebvander(u, self.nodes - 1))
+        for a in range(d, 2 * d):
+            values = np.moveaxis(np.tensordot(inverse, values, (1, a)), 0, a)
+        return values
+
+
+def layer_depth(n: int, d: int) -> float:
+    """How far from the border the bias of n independent samples reaches.
+
+    Deeper, G is 1 to 1e-5: a ball that touches the border is large enough to hold a sample almost
+    surely. For d = 1 the probability falls as exp(−n x) only.
+    """
+    return min(0.5, {1: 20.0, 2: 5.0, 3: 3.0}[d] * n ** (-1 / d))
+
+
+def kinds_of_strata(k: int, strata: tuple[int, ...]) -> int:
+    """How many kinds of strata G tells apart along an axis of k: by distance from the border.
+
+    Empty balls are as wide as two strata: what is so far from the border along an axis is inside.
+    """
+    inner = math.ceil(2 * k / min(strata) - 0.5)
+    return min((k + 1) // 2, inner + 1)
+
+
+def uniform_plan(n: int, d: int) -> Plan:
+    """The table of n independent uniform samples: one corner of the boundary layer."""
+    spacing = n ** (-1 / d)
+    depth = layer_depth(n, d)
+    nodes = round(12 + 2.4 * depth / spacing) if d == 2 else round(5 + 3.6 * depth / spacing)
+    few = n < 125  # balls that touch all the sides at once
+    resolution = (12, 16) if d == 2 else (8, 10) if few else (7, 8)
+    return Plan(f"uniform-{d}d-{n}", (BoundaryLayer(depth),) * d, nodes, resolution, n, None)
+
+
+def stratified_plan(strata: tuple[int, ...]) -> Plan:
+    """The table of one sample per stratum: one polynomial for each kind of stratum.
+
+    G jumps from stratum to stratum and has their period inside the box. Grids of cubes that have
+    an inside share one table.
+    """
+    d = len(strata)
+    cubic = len(set(strata)) == 1
+    proxy = tuple(min(k, 7) for k in strata) if cubic else strata
+    nodes, resolution = (12, (12, 12)) if d == 2 else (6, (6, 6))
+    axes = tuple(Strata(k, p, kinds_of_strata(k, strata)) for k, p in zip(strata, proxy, strict=True))
+    return Plan("stratified-" + "x".join(map(str, proxy)), axes, nodes, resolution, math.prod(proxy), proxy)
+
+
+def table_plan(n: int, d: int, strata: tuple[int, ...] | None) -> Plan:
+    """The table of n samples in d = 2 or 3, of one per stratum or, without strata, independent."""
+    return uniform_plan(n, d) if strata is None else stratified_plan(strata)
+
+
+def directly(x: Floats, n: int, strata: tuple[int, ...] | None) -> Floats:
+    """G at points (m, d) by quadrature at each, to 1e-5 or better."""
+    d = x.shape[1]
+    if strata is None:
+        return integrate(x, n, strata, (24, 20) if d == 2 else (12, 12))
+    return integrate(x, n, strata, (24, 20) if d == 2 else (10, 8))
+
+
+def integrate(x: Floats, n: int, strata: tuple[int, ...] | None, resolution: tuple[int, int]) -> Floats:
+    """G at points (m, d) by quadrature with at most `resolution` nodes across and along a panel."""
+    threads = thread_count(None)
+    if strata is None:
+        return _core.bias_uniform(x, n, resolution, threads)
+    return _core.bias_stratified(x, strata, resolution, threads)
+
+
+class BiasTable:
+    """G everywhere from its Chebyshev coefficients, scaled so that ∫ G = 1 exactly."""
+
+    def __init__(self, axes: tuple[Axis, ...], coefficients: Floats):
+        self._axes = axes
+        self._nodes = coefficients.shape[-1]
+        #: ∫ G as the quadrature at the nodes has it.
+        self.raw_integral = self._integral(coefficients)
+        self._coefficients = coefficients / self.raw_integral
+
+    def __call__(self, x: Floats) -> Floats:
+        """G at points (..., d)."""
+        points = x.reshape(-1, len(self._axes))
+        values = np.empty(len(points))
+        for begin in range(0, len(points), _POINTS_AT_A_TIME):
+            block = slice(begin, begin + _POINTS_AT_A_TIME)
+            values[block] = self._interpolate(points[block])
+        return values.reshape(x.shape[:-1])
+
+    def _interpolate(self, x: Floats) -> Floats:
+        panels, places = zip(*(axis.locate(x[:, a]) for a, axis in enumerate(self._axes)), strict=True)
+        polynomials = [chebvander(u, self._nodes - 1) for u in places]
+        values = np.empty(len(x))
+        for cell in itertools.product(*(range(axis.panels) for axis in self._axes)):
+            here = np.logical_and.reduce([panel == c for panel, c in zip(panels, cell, strict=True)])
+            if here.any():
+                values[here] = _contract(self._coefficients[cell], [p[here] for p in polynomials])
+        return values
+
+    def _integral(self, coefficients: Floats) -> float:
+        total = coefficients
+        d = len(self._axes)
+        for axis in reversed(self._axes):  # the last panel and the last polynomial index each time
+            total = np.tensordot(total, axis.integrals(self._nodes), ((d - 1, total.ndim - 1), (0, 1)))
+            d -= 1
+        return float(total)
+
+
+def _contract(coefficients: Floats, polynomials: list[Floats]) -> Floats:
+    """Σ c[q_1, …, q_d] T_{q_1} … T_{q_d} for rows (m, q) of polynomials."""
+    # Products of one shape, filled up with zeros: a row has the same bits whatever rows are beside it
+    first, matrix = polynomials[0], coefficients.reshape(len(coefficients), -1)
+    rows = max(1, _ONE_THREAD // matrix.size)
+    blocks = np.zeros((-(-len(first) // rows), rows, first.shape[1]))
+    blocks.reshape(-1, first.shape[1])[: len(first)] = first
+    values = (blocks @ matrix).reshape(-1, matrix.shape[1])[: len(first)]
+    for p in polynomials[1:]:
+        values = np.einsum("mq,mqr->mr", p, values.reshape(len(p), p.shape[1], -1))
+    return values[:, 0]
+
+
+@lru_cache(maxsize=64)
+def table(n: int, d: int, strata: tuple[int, ...] | None) -> BiasTable:
+    """The table of :func:`table_plan`, from memory, from disk or made."""
+    plan = table_plan(n, d, strata)
+    return BiasTable(plan.axes, stored_coefficients(plan))
+
+
+# ---------------------------------------------------------------------- on disk
+
+
+def cache_directory() -> Path:
+    """Where tables are kept: VOROQUAD_CACHE_DIR, else the user's cache directory of the platform."""
+    chosen = os.environ.get("VOROQUAD_CACHE_DIR")
+    return Path(chosen) if chosen else platformdirs.user_cache_path("voroquad", appauthor=False)
+
+
+def stored_coefficients(plan: Plan) -> Floats:
+    """The plan's coefficients from its file; where there is none, or a damaged one, it is made.
+
+    Files are renamed into place whole, so that processes may read and write at once. A directory
+    that cannot be written costs the next process its time, nothing else.
+    """
+    path = cache_directory() / f"bias-v{_FORMAT}" / f"{plan.name}.npz"
+    stored = _read(path, plan.shape)
+    if stored is not None:
+        return stored
+    coefficients = plan.coefficients()
+    try:
+        with atomic_path(path) as temporary:
+            np.savez(temporary, coefficients=coefficients)
+    except OSError:
+        pass
+    return coefficients
+
+
+def _read(path: Path, shape: tuple[int, ...]) -> Floats | None:
+    try:
+        with np.load(path, allow_pickle=False) as file:  # the archive has a checksum
+            coefficients = file["coefficients"]
+    except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
+        return None
+    intact = coefficients.shape == shape and coefficients.dtype == np.float64 and np.isfinite(coefficients).all()
+    return coefficients if intact else None

@@ -1,0 +1,242 @@
+"""Kriging: the samples predict a random function, all of them or all but a group.
+
+The integrand is modelled as a polynomial of degree p, the drift, plus a Gaussian process with the covariance
+k(x, y) = Π_a M(|x_a − y_a|) and white noise of variance τ². The best linear prediction from the samples is
+linear in the values, knows the positions only, and its integral over boxes is exact. The model decides how
+good a prediction is, never whether the estimate is unbiased (docs/theory.md, (18) to (21)).
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import lru_cache, reduce
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg.lapack import dpotrf, dpotri
+
+from .. import _core
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.intp]
+
+
+#: Correlation length: in sample spacings, but at most this part of the box.
+SPACINGS, PART = 5.0, 0.5
+
+#: Noise by dimension, in units of what the samples are too far apart to resolve. It keeps weights tame, above all near
+#: the border: Σ|w| ≤ 1.1 in every set of a hundred samples or more (benchmarks/weight_bounds.py). It costs smooth
+#: integrands some of their digits; edges and kinks gain from it.
+NOISE = {1: 12, 2: 12}
+NOISE_ELSEWHERE = 3
+
+#: Highest degree of the drift, and the fewest samples per term of it.
+DRIFT, SAMPLES_PER_TERM = 9, 12
+
+
+@dataclass(frozen=True)
+class Model:
+    """What is assumed of the integrand. The variance of the process is 1.
+
+    Parameters
+    ----------
+    degree : int
+        Of the drift: polynomials up to it are predicted exactly.
+    length : float
+        Correlation length of the process along each axis.
+    noise : float
+        Variance τ² of the noise.
+    """
+
+    degree: int
+    length: float
+    noise: float
+
+
+def model(n: int, d: int, per_term: int = SAMPLES_PER_TERM) -> Model:
+    """The model for n samples in d dimensions, with at least so many samples per term of the drift.
+
+    With n^(−1/d) between samples, a variance of (n^(−1/d) / length)⁷ is what they are too far apart to resolve; that of
+    the noise is :data:`NOISE` times as much.
+    """
+    spacing = n ** (-1 / d)
+    length = min(PART, SPACINGS * spacing)
+    degree = next(p for p in range(DRIFT, -1, -1) if p == 0 or per_term * math.comb(p + d, d) <= n)
+    return Model(degree, length, NOISE.get(d, NOISE_ELSEWHERE) * (spacing / length) ** 7)
+
+
+@dataclass(frozen=True)
+class Intervals:
+    """Uniform distributions on intervals [low_i, high_i] of an axis (m,); those of a part are added up."""
+
+    low: Array
+    high: Array
+    part: Indices
+    parts: int
+
+
+@dataclass(frozen=True)
+class Measures:
+    """The integrals of each k(·, x_j) and of each term of the drift with respect to several measures."""
+
+    covariances: Array  # (measures, n)
+    drift: Array  # (measures, terms)
+
+    def take_away(self, which: int, others: Measures) -> None:
+        """Subtract the sum of others from one of these."""
+        self.covariances[which] -= others.covariances.sum(axis=0)
+        self.drift[which] -= others.drift.sum(axis=0)
+
+
+class Kriging:
+    """The prediction from values f at the samples: k(y, X) B f, plus the drift with the coefficients C f.
+
+    Parameters
+    ----------
+    points : ndarray, (n, d) or (sets, n, d)
+        The samples; of several sets, each predicts from its own. All results then have one axis more, the first.
+    assumed : Model
+        What is assumed. The degree of the drift is lowered if the samples of one of the sets do not determine it, as
+        where most of them coincide; a dozen samples per term, drawn by any design, do.
+    threads : int
+        Number of threads that fill matrices of covariances.
+
+    Notes
+    -----
+    With the covariance K and the drift's values A (n, terms) at the samples, and L Lᵀ = Aᵀ K⁻¹ A:
+
+        half = L⁻¹ Aᵀ K⁻¹ ,   C = L^−ᵀ half ,   B = K⁻¹ − halfᵀ half = K⁻¹ (1 − A C) .
+    """
+
+    def __init__(self, points: Array, assumed: Model, threads: int = 1):
+        self.points, self.length, self._threads = points, assumed.length, threads
+        n, d = points.shape[-2:]
+        inverse = np.empty((points.size // (n * d), n, n))
+        for one, x in zip(inverse, points.reshape(-1, n, d), strict=True):
+            _invert_covariance(x, assumed, threads, one)
+        self._inverse = inverse.reshape(*points.shape[:-1], n)
+        for degree in range(assumed.degree, -1, -1):
+            self._powers = _powers(d, degree)
+            self._at_samples = self._terms(points)
+            solved = self._at_samples.mT @ self._inverse
+            try:
+                root = np.linalg.cholesky(solved @ self._at_samples)
+            except np.linalg.LinAlgError:
+                continue
+            if np.linalg.cond(root).max() < 1e6:
+                break
+        root = np.linalg.inv(root)
+        self._half: Array = root @ solved
+        self._drift: Array = root.mT @ self._half
+
+    def apply(self, right: Array) -> Array:
+        """B times the rows of `right` (m, n): the coefficients of the prediction from values (m, n)."""
+        solved = right @ self._inverse
+        return solved - (solved @ self._at_samples) @ self._drift
+
+    def over_boxes(self, axes: Sequence[Intervals]) -> Measures:
+        """Of the measures that are products, over the axes, of one part of each; they come in C order of the parts."""
+        *sets, n, _ = self.points.shape
+        covariances, drift = np.ones((*sets, 1, n)), np.ones((1, len(self._powers)))
+        for a, axis in enumerate(axes):
+            share = (np.arange(axis.parts)[:, None] == axis.part).astype(np.float64)
+            along = share @ _matern_means(self.points[..., None, :, a], axis.low, axis.high, self.length)
+            terms = share @ _legendre_means(2 * axis.low - 1, 2 * axis.high - 1, self._degree)
+            covariances = (covariances[..., :, None, :] * along[..., None, :, :]).reshape(*sets, -1, n)
+            drift = (drift[:, None] * terms[:, self._powers[:, a]]).reshape(-1, drift.shape[1])
+        return Measures(covariances, drift)
+
+    def at_points(self, points: Array) -> Measures:
+        """Of the measures with mass 1 at one of the points (m, d); of one set only."""
+        covariances = _core.matern_between(np.ascontiguousarray(points), self.points, self.length, self._threads)
+        return Measures(covariances, self._terms(points))
+
+    def integrals(self, measures: Measures) -> Array:
+        """What each value counts (measures, n) in the integrals of the prediction."""
+        return self.apply(measures.covariances) + measures.drift @ self._drift
+
+    def integrate(self, measures: Measures, values: Array) -> Array:
+        """The integrals (fields, measures) of the predictions from values (fields, n)."""
+        return self.apply(values) @ measures.covariances.mT + values @ self._drift.mT @ measures.drift.mT
+
+    def leave_out(self, group: Indices, right: Array) -> Array:
+        """B_cc^−1 applied to the entries of each group c, in each row of `right` (m, n).
+
+        The prediction f̂^(−c) from the samples of the other groups misses the values of c by
+        B_cc^−1 (B f)_c: there is no other system to solve. Group numbers are (n,), from 0 on.
+        """
+        solved = np.empty_like(right)
+        for members in _groups_of_equal_size(group):
+            half = np.moveaxis(self._half[..., members], -3, -2)
+            blocks = self._inverse[..., members[:, :, None], members[:, None, :]] - half.mT @ half
+            solution = np.linalg.solve(blocks, np.moveaxis(right[..., members], -3, -1))
+            solved[..., members] = np.moveaxis(solution, -1, -3)
+        return solved
+
+    @property
+    def _degree(self) -> int:
+        return int(self._powers.max(initial=0))
+
+    def _terms(self, points: Array) -> Array:
+        """The drift's polynomials at points (..., d): (..., terms)."""
+        factors = [_legendre(2 * points[..., a] - 1, self._degree) for a in range(points.shape[-1])]
+        return reduce(np.multiply, (f[..., self._powers[:, a]] for a, f in enumerate(factors)))
+
+
+def _invert_covariance(points: Array, assumed: Model, threads: int, inverse: Array) -> None:
+    """Write K⁻¹ of one set (n, d) into `inverse` (n, n)."""
+    covariance = _core.matern_matrix(np.ascontiguousarray(points), assumed.length, threads).T
+    covariance[np.diag_indices(len(points))] += assumed.noise
+    factor, _ = dpotrf(covariance, lower=1, overwrite_a=1)
+    lower, _ = dpotri(factor, lower=1, overwrite_c=1)  # zero above the diagonal, as the factor is
+    np.add(lower, lower.T, out=inverse)
+    inverse[np.diag_indices(len(points))] /= 2
+
+
+def _groups_of_equal_size(group: Indices) -> Iterator[Indices]:
+    """The members (groups, size) of all groups of one size, size by size."""
+    order = np.argsort(group, kind="stable")
+    _, starts, sizes = np.unique(group[order], return_index=True, return_counts=True)
+    for size in np.unique(sizes):
+        yield order[starts[sizes == size][:, None] + np.arange(size)]
+
+
+def _matern_means(x: Array, low: Array, high: Array, length: float) -> Array:
+    """The means (..., intervals, n) of M(|· − x_j|) over [low_i, high_i], for x (..., 1, n).
+
+    The antiderivative of (1 + s + 2 s²/5 + s³/15) e^−s is 16/5 − (16/5 + 11/5 s + 3/5 s² + s³/15) e^−s.
+    """
+
+    def antiderivative(t: Array) -> Array:
+        s = math.sqrt(7) / length * np.abs(t)
+        tail = (16 / 5 + s * (11 / 5 + s * (3 / 5 + s / 15))) * np.exp(-s)
+        return np.copysign(16 / 5 - tail, t) * length / math.sqrt(7)
+
+    return (antiderivative(high[:, None] - x) - antiderivative(low[:, None] - x)) / (high - low)[:, None]
+
+
+def _legendre(t: Array, degree: int) -> Array:
+    """The Legendre polynomials (..., degree + 1), orthonormal in the mean over [−1, 1], by Bonnet's recursion."""
+    values = [np.ones_like(t), t]
+    for k in range(1, degree):
+        values.append(((2 * k + 1) * t * values[k] - k * values[k - 1]) / (k + 1))
+    return np.stack([math.sqrt(2 * k + 1) * p for k, p in enumerate(values[: degree + 1])], axis=-1)
+
+
+def _legendre_means(low: Array, high: Array, degree: int) -> Array:
+    """Their means over [low_i, high_i], from the antiderivatives (P_{k+1} − P_{k−1}) / (2k + 1)."""
+    scale = np.sqrt(2.0 * np.arange(degree + 2) + 1)
+    rise = (_legendre(high, degree + 1) - _legendre(low, degree + 1)) / scale
+    means = np.ones((len(low), degree + 1))
+    means[:, 1:] = (rise[:, 2:] - rise[:, :-2]) / scale[1:-1] / (high - low)[:, None]
+    return means
+
+
+@lru_cache(maxsize=64)
+def _powers(d: int, degree: int) -> Indices:
+    """The degrees (terms, d) along each axis of the products of total degree at most `degree`."""
+    of_degree = (itertools.combinations_with_replacement(range(d), p) for p in range(degree + 1))
+    return np.array([[axes.count(a) for a in range(d)] for axes in itertools.chain.from_iterable(of_degree)], np.intp)

@@ -1,0 +1,84 @@
+import errno
+import os
+from pathlib import Path
+
+import pytest
+
+from voroquad._support.files import atomic_directory, atomic_path
+
+
+def test_a_file_is_whole_or_as_it_was(tmp_path):
+    target = tmp_path / "deep" / "out.csv"
+    with atomic_path(target) as path:
+        path.write_text("new")
+    assert target.read_text() == "new"
+    with pytest.raises(KeyboardInterrupt), atomic_path(target) as path:
+        path.write_text("half")
+        raise KeyboardInterrupt
+    assert target.read_text() == "new"
+    assert [p.name for p in target.parent.iterdir()] == ["out.csv"]
+
+
+def test_a_full_disk_is_told_with_the_files_name(tmp_path):
+    target = tmp_path / "out.csv"
+    with pytest.raises(OSError, match=r"No space left on device: .*out\.csv'"), atomic_path(target):
+        raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+    with pytest.raises(FileNotFoundError, match="elsewhere"), atomic_path(target):
+        Path("elsewhere").read_text()
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_directory_is_whole_or_as_it_was(tmp_path):
+    target = tmp_path / "out"
+    target.mkdir()
+    (target / "kept").write_text("kept")
+    (target / "made").write_text("old")
+    with atomic_directory(target) as path:
+        (path / "made").write_text("new")
+        (path / "sub").mkdir()
+    assert (target / "made").read_text() == "new"
+    assert (target / "kept").read_text() == "kept"
+    with pytest.raises(RuntimeError), atomic_directory(target) as path:
+        (path / "made").write_text("half")
+        raise RuntimeError
+    assert (target / "made").read_text() == "new"
+    assert sorted(p.name for p in tmp_path.iterdir()) == ["out"]
+
+
+def test_a_folder_of_the_users_stays_beside_what_is_written(tmp_path):
+    target = tmp_path / "out"
+    (target / "images").mkdir(parents=True)
+    (target / "images" / "mine").write_text("mine")
+    with atomic_directory(target) as path:
+        (path / "images").mkdir()
+        (path / "images" / "made").write_text("made")
+    assert sorted(p.name for p in (target / "images").iterdir()) == ["made", "mine"]
+
+
+def test_obstacles_are_refused_before_anything_moves(tmp_path):
+    target = tmp_path / "out"
+    target.mkdir()
+    (target / "images").write_text("a file")
+    with pytest.raises(ValueError, match="is a file, where a folder"), atomic_directory(target) as path:
+        (path / "first").write_text("first")
+        (path / "images").mkdir()
+        (path / "images" / "made").write_text("made")
+    assert [p.name for p in target.iterdir()] == ["images"]
+
+
+def test_links_are_followed_and_devices_stay(tmp_path):
+    (tmp_path / "link").symlink_to(tmp_path / "real")
+    with atomic_path(tmp_path / "link") as path:
+        path.write_text("new")
+    assert (tmp_path / "link").is_symlink()
+    assert (tmp_path / "real").read_text() == "new"
+    with atomic_path("/dev/null") as path:
+        path.write_text("gone")
+    assert Path("/dev/null").is_char_device()
+
+
+def test_folders_made_for_a_file_that_failed_go_again(tmp_path):
+    with pytest.raises(RuntimeError), atomic_path(tmp_path / "a" / "b" / "c.csv") as path:
+        path.write_text("half")
+        raise RuntimeError
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,394 @@
+"""vq.quad: values, errors, conventions."""
+
+import functools
+import math
+import warnings
+
+import numpy as np
+import pytest
+from scipy.stats import qmc
+
+import voroquad as vq
+from voroquad.designs.sampling import largest_grid
+from voroquad.integrals.quad import with_uncertainty
+from voroquad.study.genz import instances
+
+
+def test_a_smooth_integral_in_two_dimensions():
+    exact = sum(2 ** (k + 1) / ((k + 1) ** 2 * math.factorial(k)) for k in range(30))
+    r = vq.quad(lambda x: np.exp(x[0] * x[1]), [0, 0], [1, 2], rng=7)
+    assert abs(r.integral - exact) < 6e-8
+    assert 0 < r.standard_error < 4e-8
+    assert r.n_evaluations == 1024
+    by_order = vq.quad(lambda x: np.exp(x[0] * x[1]), [0, 0], [1, 2], order=8, rng=7)
+    assert abs(by_order.integral - exact) < 1e-8
+
+
+def test_rounding_is_no_surprise():
+    """Where a polynomial that is integrated exactly nearly vanishes, rounding is larger than its value."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        for seed in range(12):
+            r = vq.quad(lambda x: np.stack([x[0] ** 8, x[0] ** 5 * x[1] ** 4]), [0, 0], [1, 1], rng=seed)
+            np.testing.assert_allclose(r.integral, [1 / 9, 1 / 30], rtol=1e-13)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4])
+def test_at_most_n_points_on_a_near_cubic_grid(d):
+    for n in [1, 2, 3, 7, 30, 100, 128, 500, 1000, 2048]:
+        shape = largest_grid(n, d)
+        assert 0.5 * n - 2**d < math.prod(shape) <= n
+        assert max(shape) - min(shape) <= 2
+        assert vq.quad(lambda x: x[0], np.zeros(d), np.ones(d), n_points=n, rng=1).n_evaluations == math.prod(shape)
+
+
+@pytest.mark.parametrize(
+    ("sampler", "debias", "evaluations"),
+    [("stratified", "none", 960), ("orthogonal", "auto", 4 * 169), ("sobol", "auto", 1004), ("uniform", "none", 1004)],
+)
+def test_replicates_have_a_size_that_the_sampler_has(sampler, debias, evaluations):
+    r = vq.quad(lambda x: x[0] * x[1], [0, 0], [1, 1], n_points=1004, sampler=sampler, debias=debias, rng=1)
+    assert r.n_evaluations == evaluations
+    assert abs(r.integral - 1 / 4) < 8 * r.standard_error + 1e-14
+
+
+def test_orthogonal_arrays_are_refined():
+    r = vq.quad(lambda x: (x.sum(axis=0) < 0.9) * 1.0, [0, 0], [1, 1], sampler="orthogonal", rtol=1e-2, rng=1)
+    assert r.integral == pytest.approx(0.405, rel=2e-2)
+
+
+@pytest.mark.parametrize("kind", [{"sampler": "regular"}, {"sampler": "regular", "debias": "none"}])
+def test_a_design_that_is_not_random_has_no_error(kind):
+    with pytest.raises(ValueError, match=r"'regular' has none; choose one of uniform, stratified, .*sobol"):
+        vq.quad(lambda x: x[0], [0, 0], [1, 1], **kind)
+
+
+def test_an_engine_that_makes_the_same_points_again_has_no_error():
+    plain = functools.partial(qmc.Sobol, scramble=False)
+    with pytest.raises(ValueError, match="two of 4 sets have the same points"):
+        vq.quad(lambda x: x[0], [0, 0], [1, 1], sampler=plain, rng=1)
+    scrambled = functools.partial(qmc.Sobol, scramble=True)
+    assert vq.quad(lambda x: x[0], [0, 0], [1, 1], sampler=scrambled, rng=1).integral == pytest.approx(0.5)
+
+
+def test_limits_and_signs_as_usual():
+    def f(x):
+        return np.exp(-x[0]) * x[1]
+
+    exact = (1 - np.exp(-2)) * 4
+    assert vq.quad(f, [0, 1], [2, 3], rng=1).integral == pytest.approx(exact, rel=1e-9)
+    assert vq.quad(f, [2, 1], [0, 3], rng=1).integral == pytest.approx(-exact, rel=1e-9)
+    assert vq.quad(f, [2, 3], [0, 1], rng=1).integral == pytest.approx(exact, rel=1e-9)
+    assert vq.quad(f, [0, 1], [0, 3], rng=1).integral == 0
+
+
+@pytest.mark.parametrize(
+    ("f", "a", "b", "exact"),
+    [
+        (lambda x: np.exp(-(x[0] ** 2)), -np.inf, np.inf, math.sqrt(math.pi)),
+        (lambda x: np.exp(-x[0]), 1, np.inf, math.exp(-1)),
+        (lambda x: np.exp(2 * x[0]), -np.inf, 0, 0.5),
+        (lambda x: np.exp(-(x**2).sum(axis=0)), [-np.inf, 0], [np.inf, np.inf], math.pi / 2),
+    ],
+)
+def test_infinite_limits(f, a, b, exact):
+    r = vq.quad(f, a, b, n_points=2048, rng=3)
+    assert abs(r.integral - exact) < 1e-3
+    assert abs(r.integral - exact) < 5 * r.standard_error
+
+
+@pytest.mark.parametrize(("a", "b"), [(np.inf, np.inf), (-np.inf, -np.inf), ([0, np.inf], [1, np.inf]), (2, 2)])
+def test_an_empty_interval_holds_nothing(a, b):
+    r = vq.quad(lambda x: np.exp(-(x**2).sum(axis=0)), a, b, rng=3)
+    assert (r.integral, r.standard_error) == (0, 0)
+
+
+@pytest.mark.parametrize(("a", "b"), [(-np.inf, np.inf), (1, np.inf), (-np.inf, 0), ([-np.inf, 0], [np.inf, 1])])
+def test_the_sign_of_infinite_limits(a, b):
+    def f(x):
+        return np.exp(-(x**2).sum(axis=0))
+
+    assert vq.quad(f, b, a, rng=3).integral == (-1) ** np.size(a) * vq.quad(f, a, b, rng=3).integral
+
+
+@pytest.mark.parametrize("power", [-1000, -560, 900])
+@pytest.mark.parametrize("options", [{}, {"n_estimates": 3}, {"sampler": "sobol"}, {"sampler": "uniform", "order": 0}])
+def test_value_and_error_scale_with_the_integrand(power, options):
+    warnings.simplefilter("error")  # undone after each test
+    options = options | {"n_points": 256, "rng": 1}
+    for f in (lambda x: np.exp(x[0]) + (x[1] > 0.3333), lambda x: np.stack([x[0], 1.0 * (x[0] > 0.3333)])):
+        one = vq.quad(f, [0, 0], [1, 1], **options)
+        many = vq.quad(lambda x, f=f: np.ldexp(f(x), power), [0, 0], [1, 1], **options)
+        np.testing.assert_array_equal(many.integral, np.ldexp(one.integral, power))
+        np.testing.assert_array_equal(many.standard_error, np.ldexp(one.standard_error, power))
+
+
+def test_components_of_any_size_are_integrated_together():
+    def f(x):
+        return np.stack([1e-170 * (x[0] > 0.3333), 1e200 * x[0] ** 12])
+
+    r = vq.quad(f, 0, 1, rng=1)
+    assert r.standard_error[0] == pytest.approx(4.1e-174, rel=0.1)
+    assert abs(r.integral[1] - 1e200 / 13) < 1e190
+
+
+@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
+def test_a_peak_of_a_tiny_integrand_is_noticed():
+    with pytest.warns(vq.IntegrationWarning, match="one stratum"):
+        vq.quad(lambda x: 1e-200 / (1e-6 + ((x - 0.475) ** 2).sum(axis=0)), [0, 0], [1, 1], n_points=400, rng=2)
+
+
+def test_vector_values_are_integrated_together():
+    def f(x):
+        return np.stack([[x[0], x[0] * x[1]], [x[1] ** 2, np.ones_like(x[0])]])
+
+    r = vq.quad(f, [0, 0], [1, 1], rng=1)
+    np.testing.assert_allclose(r.integral, [[1 / 2, 1 / 4], [1 / 3, 1]], atol=1e-13)
+    assert np.shape(r.standard_error) == (2, 2)
+    low, high = vq.quad(lambda x: np.exp(f(x)), [0, 0], [1, 1], rng=1).confidence_interval(0.9)
+    assert (low < high).all()
+    one = vq.quad(lambda x: f(x)[0, 1], [0, 0], [1, 1], rng=1)
+    assert one.integral == r.integral[0, 1]
+
+
+def test_several_estimates_are_averaged():
+    r = vq.quad(lambda x: np.exp(x[0]), 0, 1, n_points=20, n_estimates=10, rng=1)
+    assert r.n_evaluations == 200
+    assert r.degrees_of_freedom == 9
+    assert abs(r.integral - (math.e - 1)) < 5 * r.standard_error < 1e-4
+
+
+def test_the_same_seed_gives_the_same_bits():
+    f = next(instances(2, 1, 3))
+    results = [vq.quad(f, [0, 0], [1, 1], rng=5, threads=t) for t in (1, 2, 3)]
+    assert len({r.integral for r in results}) == 1
+    assert len({r.standard_error for r in results}) == 1
+    assert vq.quad(f, [0, 0], [1, 1], rng=6).integral != results[0].integral
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize(("d", "n"), [(1, 20), (2, 20), (3, 20), (4, 20), (2, 3), (3, 7), (4, 15)])
+def test_unbiased_with_a_jump(d, n):
+    f = next(i for i in instances(d, 1, 8) if i.name == "half-plane")
+    r = vq.quad(lambda x: f(x) + x[0], np.zeros(d), np.ones(d), n_points=n, n_estimates=4000, rng=8)
+    assert abs(r.integral - f.integral - 0.5) < 5.5 * r.standard_error  # 0.1 standard deviations of one: 6.3
+
+
+# ---------------------------------------------------------------------- what it says
+
+
+def test_prints_a_value_with_its_uncertainty():
+    assert with_uncertainty(2.666131, 0.000042) == "2.66613(4)"
+    assert with_uncertainty(2.666131, 0.000014) == "2.666131(14)"
+    assert with_uncertainty(0.0, 0.03) == "0.00(3)"
+    assert with_uncertainty(99.96, 0.096) == "100.0(1)"
+    assert with_uncertainty(5231, 120) == "5230(120)"
+    assert with_uncertainty(-3.2e-9, 4e-11) == "-3.20(4)e-09"
+    assert with_uncertainty(1.71828e300, 1.4e296) == "1.71828(14)e+300"
+    assert with_uncertainty(3e-320, 1e-321) == "2.99997e-320(1e-321)"
+    assert with_uncertainty(1.5, 0.0) == "1.5"
+    assert with_uncertainty(math.nan, 1.0) == "nan(1)"
+    r = vq.quad(lambda x: (x[0] < 0.3) + 0.0 * x[0], 0, 1, rng=1)
+    assert str(r).startswith("0.")
+    assert "standard_error" in repr(r)
+
+
+def test_warns_of_values_that_are_not_finite_and_names_the_point():
+    def f(x):
+        return np.where(x[0] < 0.25, np.nan, x[0])
+
+    with pytest.warns(vq.IntegrationWarning, match=r"not finite at 256 of 1024 points, the first x = \[0.00"):
+        assert math.isnan(vq.quad(f, 0, 1, rng=1).integral)
+
+
+@pytest.mark.parametrize("order", ["kriging", 3])
+def test_infinite_values_are_one_warning_of_ours(order):
+    warnings.simplefilter("error", RuntimeWarning)  # undone after each test
+    with pytest.warns(vq.IntegrationWarning, match="not finite at 11 of 1024") as caught:
+        r = vq.quad(lambda x: np.where(x[0] < 0.01, np.inf, 1), [0, 0], [1, 1], order=order, rng=1)
+    assert len(caught) == 1
+    assert math.isnan(r.integral)
+
+
+def test_a_product_with_the_volume_that_is_not_finite_is_named():
+    with pytest.warns(vq.IntegrationWarning, match="not finite at 1024 of 1024"):
+        assert math.isnan(vq.quad(lambda x: np.full(x.shape[1], 1e300), 0, 1e300, rng=1).integral)
+
+
+def test_warnings_point_at_the_callers_line():
+    def one_point(x):
+        return float(x[0])
+
+    for call in (
+        lambda: vq.quad(lambda x: 1 / (x[0] - x[0]), 0, 1, rng=1),
+        lambda: vq.quad(lambda x: 1 / (1e-6 + ((x - 0.475) ** 2).sum(axis=0)), [0, 0], [1, 1], n_points=400, rng=2),
+        lambda: vq.quad(lambda x: x[0], [0] * 5, [1] * 5, n_points=4, rng=2),
+        lambda: vq.quad(lambda x: x[0] > 0.3, 0, 1, atol=1e-9, max_evaluations=3000, rng=2),
+        lambda: vq.quad(one_point, 0, 1, n_points=4, rng=2),
+    ):
+        with np.errstate(all="ignore"), pytest.warns(vq.IntegrationWarning) as caught:
+            call()
+        assert {w.filename for w in caught} == {__file__}
+
+
+@pytest.mark.parametrize("options", [{"a": [0] * 5, "b": [1] * 5}, {"sampler": "sobol"}])
+def test_warns_of_a_single_set_without_an_error(options):
+    with pytest.warns(vq.IntegrationWarning, match=r"no error can be told from a single set of n = 7 points.* ≥ 8"):
+        r = vq.quad(**{"func": lambda x: x[0], "a": 0, "b": 1, "n_points": 7, "rng": 1} | options)
+    assert math.isnan(r.standard_error)
+
+
+def test_warns_of_a_peak_that_is_narrower_than_a_stratum():
+    def f(x):
+        return 1 / (1e-6 + ((x - 0.475) ** 2).sum(axis=0))
+
+    with pytest.warns(vq.IntegrationWarning, match=r"one stratum, at x = \[0\.4"):
+        vq.quad(f, [0, 0], [1, 1], n_points=400, rng=2)
+
+
+def test_does_not_warn_of_the_corners_of_a_smooth_integrand():
+    warnings.simplefilter("error")  # undone after each test
+    for seed in range(20):
+        vq.quad(lambda x: np.cos(3 * x[0] + 2 * x[1]), [0, 0], [1, 1], n_points=256, rng=seed)
+
+
+def test_accepts_a_func_of_one_point_with_a_warning():
+    with pytest.warns(vq.IntegrationWarning, match="point by point"):
+        r = vq.quad(lambda x: math.exp(x[0]), 0, 1, rng=1)
+    assert r.integral == pytest.approx(math.e - 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"a": np.nan}, "a must be numbers"),
+        ({"a": "x"}, "a must be numbers"),
+        ({"b": [[1, 2]]}, "shape"),
+        ({"n_points": 0}, "n_points must be a whole number of at least 1"),
+        ({"n_estimates": 1.5}, "n_estimates"),
+        ({"sampler": "latin"}, "unknown sampler 'latin'"),
+        ({"order": "high"}, "order must be"),
+        ({"order": 9}, "order must be a whole number from 0 to 8"),
+        ({"debias": "magic"}, "unknown debias 'magic'"),
+        ({"func": lambda x: np.ones(3)}, "func must return shape"),
+        ({"func": lambda x: x[0] * 1j}, "real"),
+        ({"func": lambda x: np.empty((0, x.shape[1]))}, r"func must return one component or more, got shape \(0, 1024"),
+        ({"order": True}, "order must be a whole number"),
+        ({"a": [0, 0], "b": [1, 1, 1]}, "a and b must have a number for each dimension, got 2 and 3"),
+        ({"a": -1e308, "b": 1e308}, "a and b: the box is too large"),
+        ({"a": [0, 0], "b": [1e200, 1e200]}, "a and b: the box is too large"),
+        ({"rng": -1}, "rng: a seed must be at least 0, got -1"),
+        ({"sampler": qmc.Sobol(1)}, r"pass the class, sampler=qmc.Sobol, or with options functools.partial"),
+        ({"sampler": "orthogonal", "n_points": 8}, "at least n = 4 samples in d = 1, .* 2 only; raise n_points"),
+    ],
+)
+def test_bad_arguments_are_named(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        vq.quad(**{"func": lambda x: x[0], "a": 0, "b": 1} | arguments)
+
+
+# ---------------------------------------------------------------------- tolerance, workers, libraries
+
+
+@pytest.mark.parametrize(("family", "rtol"), [("gaussian", 1e-3), ("kink", 1e-3), ("half-plane", 1e-2)])
+def test_refines_until_the_interval_is_small_enough(family, rtol):
+    f = next(i for i in instances(2, 1, 3) if i.name == family)
+    r = vq.quad(f, [0, 0], [1, 1], n_points=64, rtol=rtol, rng=1)
+    low, high = r.confidence_interval()
+    assert (high - low) / 2 <= rtol * abs(r.integral)
+    assert abs(r.integral - f.integral) < 3 * rtol * abs(f.integral)
+    assert r.n_evaluations < 1_000_000
+
+
+def test_says_when_the_budget_is_too_small():
+    with pytest.warns(vq.IntegrationWarning, match=r"times as wide as the tolerance allows after \d+ evaluations"):
+        r = vq.quad(lambda x: (x.sum(axis=0) < 0.9) * 1.0, [0, 0], [1, 1], atol=1e-7, max_evaluations=3000, rng=1)
+    assert 1500 < r.n_evaluations <= 3000
+
+
+@pytest.mark.slow
+@pytest.mark.statistical
+@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
+def test_stopping_on_the_error_leaves_no_bias(z_score):
+    # A bump that few points find: a set that misses it looks exact
+    def f(x):
+        return np.exp(-(((x[0] - 0.5) / 0.02) ** 2))
+
+    many = [vq.quad(f, 0, 1, n_points=12, atol=1e-3, max_evaluations=200, rng=s).integral for s in range(4000)]
+    assert abs(z_score(np.array(many), 0.02 * math.sqrt(math.pi))) < 5.5
+
+
+@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
+def test_a_value_that_is_not_finite_meets_no_tolerance_and_ends_the_refinement():
+    with pytest.warns(vq.IntegrationWarning, match="the integral is not finite, so that no tolerance is met"):
+        r = vq.quad(lambda x: np.where(x[0] < 0.5, np.nan, 1), 0, 1, rtol=1e-3, rng=1)
+    assert math.isnan(r.integral)
+    assert r.n_evaluations == 2048
+
+
+@pytest.mark.filterwarnings("ignore:no error can be told")
+def test_a_set_without_an_error_is_refined():
+    r = vq.quad(lambda x: np.exp(x[0]), [0] * 5, [1] * 5, n_points=4, rtol=1e-2, rng=1)
+    assert r.integral == pytest.approx(math.e - 1, rel=2e-2)
+
+
+def test_several_estimates_have_the_whole_budget():
+    with pytest.warns(vq.IntegrationWarning, match="of at most 10000"):
+        r = vq.quad(
+            lambda x: (x.sum(axis=0) < 0.9) * 1.0, [0, 0], [1, 1], n_estimates=8, atol=1e-9, max_evaluations=10_000,
+            rng=1,
+        )  # fmt: skip
+    assert 5_000 < r.n_evaluations <= 10_000
+
+
+def test_orders_of_numpy_are_orders():
+    results = [vq.quad(lambda x: np.exp(x[0]), 0, 1, order=order, rng=1).integral for order in (3, np.int64(3))]
+    assert results[0] == results[1]
+
+
+def test_workers_change_nothing():
+    f = next(instances(2, 1, 3))
+    alone = vq.quad(f, [0, 0], [1, 1], rng=5)
+    assert vq.quad(f, [0, 0], [1, 1], rng=5, workers=map).integral == alone.integral
+    one, two = (vq.quad(_norm, [0, 0], [1, 1], rng=5, workers=workers) for workers in (1, 2))
+    assert one.integral == two.integral
+
+
+def _norm(x):
+    return np.sqrt((x**2).sum(axis=0))
+
+
+def test_results_come_in_the_callers_array_library():
+    strict = pytest.importorskip("array_api_strict")
+    a, b = strict.zeros(2), strict.ones(2)
+
+    def f(x):
+        assert isinstance(x, type(a))
+        return strict.exp(x[0, :] + x[1, :])
+
+    r = vq.quad(f, a, b, rng=1)
+    assert isinstance(r.integral, type(a))
+    assert float(r.integral) == pytest.approx((math.e - 1) ** 2)
+
+
+def test_limits_of_two_libraries_are_refused():
+    strict = pytest.importorskip("array_api_strict")
+    with pytest.raises(ValueError, match="arrays of one library, got array_api_strict and numpy; convert one"):
+        vq.quad(lambda x: x[0], strict.zeros(2), np.ones(2))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"rtol": -1}, "rtol must be a number of at least 0"),
+        ({"rtol": True}, "rtol must be a number of at least 0, got True"),
+        ({"rtol": 0.1, "n_estimates": 8, "max_evaluations": 7}, "max_evaluations must be at least n_estimates = 8"),
+        ({"rtol": 0.0}, "both 0"),
+        ({"atol": "small"}, "atol must be"),
+        ({"rtol": 0.1, "max_evaluations": 0}, "max_evaluations"),
+        ({"workers": 0}, "workers"),
+    ],
+)
+def test_bad_tolerances_and_workers_are_named(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        vq.quad(lambda x: x[0], 0, 1, **arguments)

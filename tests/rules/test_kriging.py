@@ -1,0 +1,116 @@
+"""Kriging: the prediction, its integrals, and all that groups left out change."""
+
+import math
+
+import numpy as np
+import pytest
+
+from voroquad import _core
+from voroquad.rules.kriging import Intervals, Kriging, Model, model
+
+
+def matern(x, y, length):
+    s = math.sqrt(7) / length * abs(x[:, None, :] - y[None, :, :])
+    return np.prod((1 + s + 0.4 * s**2 + s**3 / 15) * np.exp(-s), axis=-1)
+
+
+def monomials(points):
+    """1, x_a and x_a x_b: any basis of degree 2 will do."""
+    d = points.shape[1]
+    columns = [np.ones(len(points)), *points.T]
+    columns += [points[:, a] * points[:, b] for a in range(d) for b in range(a, d)]
+    return np.stack(columns, axis=-1)
+
+
+def predicted(samples, values, at, length, noise):
+    """Universal kriging from its textbook system."""
+    n, terms = len(samples), monomials(samples)
+    system = np.zeros((n + terms.shape[1],) * 2)
+    system[:n, :n] = matern(samples, samples, length) + noise * np.eye(n)
+    system[:n, n:], system[n:, :n] = terms, terms.T
+    solution = np.linalg.solve(system, np.append(values, np.zeros(terms.shape[1])))
+    return matern(at, samples, length) @ solution[:n] + monomials(at) @ solution[n:]
+
+
+@pytest.fixture
+def samples():
+    return np.random.default_rng(1).random((60, 3))
+
+
+def krige(samples, degree=2, noise=1e-3):
+    return Kriging(samples, Model(degree, 0.5, noise))
+
+
+def test_covariances_of_the_core(samples):
+    at = np.random.default_rng(2).random((7, 3))
+    np.testing.assert_allclose(_core.matern_matrix(samples, 0.3, 2), matern(samples, samples, 0.3), rtol=1e-13)
+    np.testing.assert_allclose(_core.matern_between(at, samples, 0.3, 2), matern(at, samples, 0.3), rtol=1e-13)
+
+
+def test_the_integral_of_the_prediction(samples):
+    values = np.exp(samples @ [1.0, -2.0, 0.5])
+    low, high, part = np.array([0.0, 0.5, 0.75]), np.array([0.5, 0.75, 1.0]), np.array([1, 0, 1])
+    kriging = krige(samples)
+    integrals = kriging.integrals(kriging.over_boxes([Intervals(low, high, part, 2)] * 3))
+    nodes, weights = np.polynomial.legendre.leggauss(10)
+    x = ((low + high)[:, None] + (high - low)[:, None] * nodes) / 2  # (interval, node), each interval of mass 1
+    for measure, parts in enumerate(np.ndindex(2, 2, 2)):
+        axes = [x[part == p].ravel() for p in parts]
+        mass = [np.tile(weights / 2, (part == p).sum()) for p in parts]
+        at = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
+        shares = np.prod(np.stack(np.meshgrid(*mass, indexing="ij"), axis=-1), axis=-1).ravel()
+        exact = shares @ predicted(samples, values, at, 0.5, 1e-3)
+        assert integrals[measure] @ values == pytest.approx(exact, rel=1e-7)
+
+
+def test_masses_at_points(samples):
+    values, at = np.cos(4 * samples.sum(axis=1)), np.random.default_rng(2).random((5, 3))
+    kriging = krige(samples)
+    masses = kriging.at_points(at)
+    there = predicted(samples, values, at, 0.5, 1e-3)
+    np.testing.assert_allclose(kriging.integrals(masses) @ values, there, rtol=1e-9)
+    np.testing.assert_allclose(kriging.integrate(masses, np.stack([values, 2 * values])), [there, 2 * there], rtol=1e-9)
+    twice = kriging.at_points(at)
+    twice.take_away(2, masses)
+    np.testing.assert_allclose(kriging.integrate(twice, values[None])[0, 2], there[2] - there.sum(), rtol=1e-9)
+
+
+@pytest.mark.parametrize("sizes", [[1] * 60, [20, 20, 20], [7, 1, 30, 1, 21]])
+def test_leaving_groups_out_is_predicting_from_the_rest(samples, sizes):
+    values = np.cos(4 * samples.sum(axis=1))
+    group = np.random.default_rng(3).permutation(np.repeat(np.arange(len(sizes)), sizes))
+    kriging = krige(samples)
+    (missed,) = kriging.leave_out(group, kriging.apply(values[None]))
+    for g in range(len(sizes)):
+        own = group == g
+        rest = predicted(samples[~own], values[~own], samples[own], 0.5, 1e-3)
+        np.testing.assert_allclose(missed[own], values[own] - rest, atol=1e-9)
+
+
+def test_predictions_reproduce_the_drift(samples):
+    kriging = krige(samples, noise=1e-9)
+    polynomials = monomials(samples).T
+    assert abs(kriging.apply(polynomials)).max() < 1e-5  # of 1 / noise
+    weights = kriging.integrals(kriging.over_boxes([Intervals(np.zeros(1), np.ones(1), np.zeros(1, int), 1)] * 3))
+    exact = [1] + [1 / 2] * 3 + [1 / 3 if a == b else 1 / 4 for a in range(3) for b in range(a, 3)]
+    np.testing.assert_allclose(weights @ polynomials.T, [exact], atol=1e-12)
+
+
+def test_samples_that_do_not_determine_the_drift_lower_its_degree():
+    line = np.linspace(0.1, 0.9, 40)[:, None] * np.ones(2)
+    for points in (line, np.full((40, 2), 0.3)):
+        kriging = krige(points)
+        (y,) = kriging.leave_out(np.arange(40), np.ones((1, 40)))
+        assert np.isfinite(y).all()
+        assert np.isfinite(kriging.apply(np.ones((1, 40)))).all()
+
+
+def test_the_model_assumes_what_the_samples_can_resolve():
+    assert [model(n, 3).degree for n in (1, 47, 48, 120, 10_000)] == [0, 0, 1, 2, 9]
+    # So much of the process lies between samples an eighth apart; more is assumed, and most in the plane
+    assert model(512, 3) == Model(4, 0.5, pytest.approx(3 * 0.25**7))
+    assert model(64, 2).noise == pytest.approx(12 * 0.25**7)
+    far, near = model(16, 2), model(10_000, 2)
+    assert (far.length, near.length) == (0.5, pytest.approx(0.05))
+    assert near.noise == pytest.approx(12 / 5**7)  # the same for all that have five spacings to a length
+    assert near.noise < far.noise

@@ -1,0 +1,193 @@
+"""Sample tables: made as the designs and rules say, and the same after a trip to disk."""
+
+import numpy as np
+import pytest
+
+import voroquad as vq
+from voroquad.sample_tables import kept_table
+
+
+@pytest.fixture
+def table() -> vq.SampleTable:
+    return vq.SampleTable.make("stratified", n=16, d=2, sets=5, rng=1)
+
+
+def test_make_is_sample_and_weights(table):
+    drawn = vq.sample("stratified", n=16, d=2, sets=5, rng=1)
+    np.testing.assert_array_equal(table.points, drawn.points)
+    np.testing.assert_array_equal(table.weights, vq.weights(drawn))
+    assert (table.sets, table.n, table.d, table.design) == (5, 16, 2, "stratified")
+    np.testing.assert_allclose(table.weights.sum(axis=1), 1, atol=1e-12)
+
+
+def test_make_passes_the_rule_on():
+    table = vq.SampleTable.make("uniform", n=20, d=1, sets=3, debias="exchange", rng=2)
+    drawn = vq.sample("uniform", n=20, d=1, sets=3, rng=2)
+    np.testing.assert_array_equal(table.weights, vq.weights(drawn, debias="exchange"))
+
+
+@pytest.mark.parametrize(("n", "d", "sets"), [(1, 1, 1), (16, 2, 5), (7, 1, 3), (1024, 2, 4)])
+def test_file_round_trip(tmp_path, n, d, sets):
+    table = vq.SampleTable.make("uniform", n=n, d=d, sets=sets, rng=3)
+    table.save(tmp_path / "t.npz")
+    loaded = vq.SampleTable.load(tmp_path / "t.npz")
+    np.testing.assert_array_equal(loaded.points, table.points)
+    np.testing.assert_array_equal(loaded.weights, table.weights)
+    assert repr(loaded) == repr(table)
+    assert [p.name for p in tmp_path.iterdir()] == ["t.npz"]
+
+
+def test_loaded_arrays_are_mapped_and_aligned(tmp_path, table):
+    table.save(tmp_path / "t.npz")
+    loaded = vq.SampleTable.load(tmp_path / "t.npz")
+    for array in (loaded.points, loaded.weights):
+        assert isinstance(array, np.memmap)
+        assert array.offset % 64 == 0
+        assert array.ctypes.data % 64 == 0
+        with pytest.raises(ValueError, match="read-only"):
+            array[:] = 0
+
+
+def test_numpy_reads_the_file(tmp_path, table):
+    table.save(tmp_path / "t.npz")
+    with np.load(tmp_path / "t.npz") as plain:
+        np.testing.assert_array_equal(plain["points"], table.points)
+        assert str(plain["design"]) == "stratified"
+
+
+def test_load_adds_the_suffix_that_save_adds(tmp_path, table):
+    table.save(tmp_path / "t.large")
+    np.testing.assert_array_equal(vq.SampleTable.load(tmp_path / "t.large").points, table.points)
+
+
+def test_a_flipped_bit_is_refused_or_changes_nothing(tmp_path, table):
+    path, rng = tmp_path / "t.npz", np.random.default_rng(1)
+    table.save(path)
+    written, refused = path.read_bytes(), 0
+    for place in rng.permutation(len(written))[:300]:
+        damaged = bytearray(written)
+        damaged[place] ^= 1 << rng.integers(8)
+        path.write_bytes(damaged)
+        try:
+            loaded = vq.SampleTable.load(path)
+        except ValueError:
+            refused += 1
+            continue
+        np.testing.assert_array_equal(loaded.points, table.points)
+        np.testing.assert_array_equal(loaded.weights, table.weights)
+        assert repr(loaded) == repr(table)
+    assert refused > 150  # the others are dates and padding
+
+
+def test_suffix_is_added_and_an_old_file_replaced(tmp_path, table):
+    table.save(tmp_path / "t")
+    vq.SampleTable.make("uniform", n=4, d=1, sets=2, rng=1).save(tmp_path / "t.npz")
+    assert vq.SampleTable.load(tmp_path / "t.npz").n == 4
+
+
+def test_a_mapped_table_survives_the_replacement_of_its_file(tmp_path, table):
+    table.save(tmp_path / "t.npz")
+    loaded = vq.SampleTable.load(tmp_path / "t.npz")
+    loaded.save(tmp_path / "t.npz")
+    np.testing.assert_array_equal(loaded.points, table.points)
+
+
+def _damage(path, kind, table):
+    if kind == "text":
+        path.write_text("no table")
+    elif kind == "cut":
+        table.save(path)
+        path.write_bytes(path.read_bytes()[:600])
+    elif kind == "compressed":
+        np.savez_compressed(path, points=table.points, weights=table.weights, design="x", order=0, debias="none")
+    elif kind == "lacks weights":
+        np.savez(path, points=table.points)
+    elif kind == "float32":
+        np.savez(path, points=table.points.astype("f4"), weights=table.weights, design="x", order=0, debias="none")
+    elif kind == "shapes":
+        np.savez(path, points=table.points, weights=table.weights[:, 1:], design="x", order=0, debias="none")
+    elif kind == "outside":
+        np.savez(path, points=table.points + 1, weights=table.weights, design="x", order=0, debias="none")
+    elif kind == "nan":
+        np.savez(path, points=table.points * np.nan, weights=table.weights, design="x", order=0, debias="none")
+
+
+@pytest.mark.parametrize("kind", ["text", "cut", "compressed", "lacks weights", "float32", "shapes", "outside", "nan"])
+def test_damaged_files_are_named(tmp_path, table, kind):
+    path = tmp_path / "bad.npz"
+    _damage(path, kind, table)
+    with pytest.raises(ValueError, match=r"bad\.npz.*make it again"):
+        vq.SampleTable.load(path)
+
+
+def test_missing_file():
+    with pytest.raises(FileNotFoundError):
+        vq.SampleTable.load("/nowhere/t.npz")
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"design": "nope"}, "unknown sampler 'nope'"),
+        ({"n": 0}, "n must be"),
+        ({"sets": 0}, "sets must be"),
+        ({"n": 13}, "nearest that do are n = 12"),
+        ({"debias": "exchange"}, "no rule"),
+        ({"order": 1, "debias": "cross-fit"}, "debias='cross-fit' of 'stratified' sets is cross-fit, .* one by one"),
+        ({"design": "sobol", "order": "auto", "debias": "auto"}, "debias='auto' of 'sobol' sets is cross-fit"),
+        ({"design": "halton", "order": 2, "debias": "auto"}, "debias='auto' of 'halton' sets is cross-fit"),
+    ],
+)
+def test_make_checks_its_arguments(change, message):
+    with pytest.raises(ValueError, match=message):
+        vq.SampleTable.make(**{"design": "stratified", "n": 16, "d": 2, "sets": 2} | change)
+
+
+def test_periodic_weights_are_cells_on_the_circle():
+    table = vq.SampleTable.make("uniform", n=9, d=1, sets=4, rng=1, periodic=True)
+    for points, weights in zip(table.points[..., 0], table.weights, strict=True):
+        order = np.argsort(points)
+        gaps = np.diff(np.append(points[order], points[order][0] + 1))
+        np.testing.assert_allclose(weights[order], (gaps + np.roll(gaps, 1)) / 2, atol=1e-14)
+    with pytest.raises(ValueError, match="periodic=True has order=0"):
+        vq.SampleTable.make("uniform", n=9, d=1, sets=4, debias="exchange", periodic=True)
+
+
+def test_equal_weights_have_no_limit_of_dimension():
+    table = vq.SampleTable.make("sobol", n=8, d=6, sets=3, rng=1, weighted=False)
+    np.testing.assert_array_equal(table.weights, np.full((3, 8), 1 / 8))
+    np.testing.assert_array_equal(table.points, vq.sample("sobol", n=8, d=6, sets=3, rng=1).points)
+
+
+RECIPE = {"design": "stratified", "n": 16, "d": 2, "sets": 5, "order": 0, "debias": "none", "rng": 1}
+
+
+def test_kept_tables_are_made_once(tmp_path, monkeypatch):
+    monkeypatch.setenv("VOROQUAD_CACHE_DIR", str(tmp_path))
+    made = kept_table(**RECIPE, periodic=False, weighted=True)
+    again = kept_table(**RECIPE, periodic=False, weighted=True)
+    assert isinstance(again.points, np.memmap)
+    assert not isinstance(made.points, np.memmap)
+    np.testing.assert_array_equal(again.weights, made.weights)
+    np.testing.assert_array_equal(made.weights, vq.SampleTable.make(**RECIPE).weights)
+    # What changes a table changes its file
+    kinds = [kept_table(**RECIPE | change, periodic=False, weighted=True) for change in
+             ({"n": 9}, {"sets": 4}, {"rng": 2}, {"debias": "leave-one-out"}, {"design": "uniform"})]  # fmt: skip
+    kinds += [kept_table(**RECIPE, periodic=p, weighted=w) for p, w in ((True, True), (False, False))]
+    assert len(list((tmp_path / "tables-v1").iterdir())) == 8
+    assert len({k.weights.tobytes() + k.points.tobytes() for k in [made, *kinds]}) == 8
+
+
+@pytest.mark.parametrize("damage", ["text", "cut"])
+def test_a_kept_table_that_is_damaged_is_made_again(tmp_path, monkeypatch, table, damage):
+    monkeypatch.setenv("VOROQUAD_CACHE_DIR", str(tmp_path))
+    made = kept_table(**RECIPE, periodic=False, weighted=True)
+    (path,) = tmp_path.rglob("*.npz")
+    _damage(path, damage, table)
+    np.testing.assert_array_equal(kept_table(**RECIPE, periodic=False, weighted=True).points, made.points)
+
+
+def test_a_cache_that_cannot_be_written_is_no_failure(tmp_path, monkeypatch):
+    (tmp_path / "file").write_text("")
+    monkeypatch.setenv("VOROQUAD_CACHE_DIR", str(tmp_path / "file"))
+    assert kept_table(**RECIPE, periodic=False, weighted=True).n == 16
