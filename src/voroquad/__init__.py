@@ -8,6 +8,7 @@ Each sample is weighted with the piece of the domain it stands for, without bias
 >>> estimate = w @ np.exp(s.points.sum(axis=1))
 """
 
+from ._support.version import __version__ as __version__
 from .designs.sampling import SampleSet, sample
 from .geometry.cells import Cells, cells
 from .geometry.density_compensation import density_compensation
@@ -19,7 +20,6 @@ from .rules.bias import bias_function
 from .rules.registry import weights
 from .sample_tables import SampleTable
 
-__version__ = "0.1.0"
 __all__ = [
     "Cells",
     "IntegrationWarning",

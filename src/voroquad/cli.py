@@ -16,7 +16,7 @@ import typer
 from typer.core import TyperCommand
 from typer.exceptions import TyperException
 
-from . import __version__
+from ._support.version import __version__
 
 if TYPE_CHECKING:
     from ._support.units import Pool

@@ -16,8 +16,8 @@ from typing import Any
 from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, wait
 from distributed.comm.core import CommClosedError
 
-from .. import __version__
 from .._support.units import Add, Advance, Array, Series, TreeSum, computed, tree_sum
+from .._support.version import __version__
 from .files import Files, SentFile
 from .store import Store
 

@@ -14,11 +14,11 @@ from typing import Any
 import mitsuba as mi
 import numpy as np
 
-from .. import __version__
 from .._support.checks import positive_int
 from .._support.files import atomic_directory
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, Advance, LocalFile, Pool
+from .._support.version import __version__
 from ..results.equal_error import equal_error_ratio
 from ..results.manifest import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
 from .bands import Camera, Shot, forgetting

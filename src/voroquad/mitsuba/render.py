@@ -16,11 +16,11 @@ import mitsuba as mi
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import __version__
 from .._support.checks import one_of, positive_int
 from .._support.files import atomic_path, check_writable
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, LocalFile, Pool
+from .._support.version import __version__
 from .bands import Camera, Shot, forgetting
 from .blend import Floats
 from .loading import one_line_errors, scene_hash, scene_path, use_variant

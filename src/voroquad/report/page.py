@@ -14,8 +14,8 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 
-from .. import __version__
 from .._support.files import atomic_path
+from .._support.version import __version__
 from ..results.manifest import Figure, ImageComparison, Results, Section, Table
 from .comparison import Viewer, make_viewer
 from .embed import library

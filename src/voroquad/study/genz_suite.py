@@ -17,11 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .. import __version__
 from .._support.checks import one_of, positive_int
 from .._support.files import atomic_directory, atomic_path
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, Advance, Array, Pool, Series
+from .._support.version import __version__
 from ..results.manifest import Results, Section, Table
 from .drawing import read_rows, write_rows
 from .figures_genz import draw_ratios

@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
-from .. import __version__
 from .._support.checks import positive_int
 from .._support.files import atomic_directory
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, Advance, Pool
+from .._support.version import __version__
 from ..results.manifest import Figure, Results, Section, Table
 from .convergence import METHODS_1D, METHODS_2D, Measurement, measure, powers_of_two, replicates_at, units
 from .drawing import Drawing, read_rows, write_rows
