@@ -110,17 +110,6 @@ def rules_table(source: Path) -> str:
     return "\n".join(lines)
 
 
-def gain_table(source: Path) -> str:
-    """MSE of uniform samples over that of each method."""
-    rows = read(source / "compare" / "errors.csv")
-    spp = sorted({int(row["spp"]) for row in rows})
-    lines = ["| method | " + " | ".join(f"{n} spp" for n in spp) + " |", "| --- |" + " ---: |" * len(spp)]
-    for method in dict.fromkeys(row["method"] for row in rows):
-        own = {int(row["spp"]): float(row["uniform_mse_over_mse"]) for row in rows if row["method"] == method}
-        lines.append(f"| {method} | " + " | ".join(f"{own[n]:.1f}" for n in spp) + " |")
-    return "\n".join(lines)
-
-
 def quad_table() -> str:
     """Geometric means over families of qmc_quad's MSE over that of vq.quad, from the committed benchmark."""
     rows = [row for row in read(ROOT / "benchmarks" / "results" / "quad_peers.csv") if row["peer"] == "qmc_quad"]
@@ -142,7 +131,6 @@ def quad_table() -> str:
 TABLES: dict[tuple[str, str], tuple[str, Callable[[Path], str]]] = {
     ("README.md", "depth-of-field"): ("compare", depth_of_field_table),
     ("README.md", "rules"): ("study", rules_table),
-    ("docs/mitsuba.md", "gain"): ("compare", gain_table),
 }
 
 

@@ -65,7 +65,7 @@ def decision_table() -> str:
 
 
 DECISIONS: dict[str, tuple[tuple[int, str, str], ...]] = {
-    "samples that nobody knows the design of": ((1, "uniform", "Voronoi cells"), (2, "uniform", "Voronoi cells")),
+    "samples of unknown design": ((1, "uniform", "Voronoi cells"), (2, "uniform", "Voronoi cells")),
     "independent uniform samples; a bias matters": (
         (1, "uniform", "exchange"),
         (2, "uniform", "leave-one-out, order 0"),
@@ -449,39 +449,31 @@ def density_table() -> str:
 
 TABLES: dict[str, dict[str, Callable[[], str]]] = {
     "../README.md": {"cells": cells_summary, "quad": quad_table},
-    "mri.md": {"mri": density_table},
-    "quadrature.md": {
-        "weight-bounds": weight_bounds_table,
-        "coverage": coverage_table,
-        "peer-times": peer_times_table,
-        "families": families_table,
-        "peers": peers_table,
-    },
-    "explore.md": {"explorer-drag": drag_table},
-    "scaling.md": {"cluster": cluster_table, "scaling-costs": costs_table, "scaling": scaling_table},
-    "bias.md": {"bias-tables": bias_table, "order0": order0_table},
-    "rules.md": {
-        "decision": decision_table,
-        "by-dimension": by_dimension_table,
-        "other-noise": other_noise_table,
+    "rules.md": {"decision": decision_table},
+    "peers.md": {"quad": quad_table, "cubic": cubic_table},
+    "measured/integrals.md": {"families": families_table, "peers": peers_table, "peer-times": peer_times_table},
+    "measured/error-bars.md": {"coverage": coverage_table, "weight-bounds": weight_bounds_table},
+    "measured/rules.md": {
         "rules-1": rules_table(1),
         "rules-2": rules_table(2),
+        "by-dimension": by_dimension_table,
+        "other-noise": other_noise_table,
+        "neighbours": neighbours_table,
     },
-    "mitsuba.md": {
+    "measured/bias.md": {"bias-tables": bias_table, "order0": order0_table},
+    "measured/cells.md": {"cells": cells_table},
+    "measured/renders.md": {
         "scene-domains": domains_table,
         "scene-rules": scene_rules_table,
         "scene-blend": blend_table,
         "scene-best": best_table,
         "scene-bias": scene_bias_table,
+        "gain": gain_table,
         "overhead": overhead_table,
     },
-    "peers.md": {
-        "quad": quad_table,
-        "cubic": cubic_table,
-        "neighbours": neighbours_table,
-        "cells": cells_table,
-        "gain": gain_table,
-    },
+    "measured/mri.md": {"mri": density_table},
+    "measured/explorer.md": {"explorer-drag": drag_table},
+    "measured/scaling.md": {"cluster": cluster_table, "scaling-costs": costs_table, "scaling": scaling_table},
 }
 
 
