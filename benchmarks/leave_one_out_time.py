@@ -11,8 +11,8 @@ import math
 import time
 from pathlib import Path
 
+from voroquad.designs.grids import largest_grid
 from voroquad.designs.sampling import sample
-from voroquad.integrals.quad import largest_grid
 from voroquad.rules.strata_fits import HIGHEST_ORDER, fit_strata, stencil
 
 RESULTS = Path(__file__).parent / "results" / "leave_one_out_time.csv"

@@ -18,8 +18,8 @@ import numpy as np
 from csv_rows import put
 
 from voroquad._support.checks import whole_numbers
+from voroquad.designs.grids import largest_grid
 from voroquad.designs.sampling import sample
-from voroquad.integrals.quad import largest_grid
 from voroquad.rules.kriging import model
 from voroquad.rules.strata_fits import default_order, fit_strata
 

@@ -7,9 +7,11 @@ import pytest
 from scipy.stats import kstest, qmc
 
 import voroquad as vq
+from voroquad.designs.design import DESIGNS
+from voroquad.designs.grids import grid_shape, inside, largest_grid, stratum_index
 from voroquad.designs.multi_jittered import colours, offsets
 from voroquad.designs.orthogonal import prime_power
-from voroquad.designs.sampling import DESIGNS, _inside, grid_shape, largest_grid, largest_size, stratum_index
+from voroquad.designs.sampling import largest_size
 
 
 @pytest.mark.parametrize("design", DESIGNS)
@@ -164,5 +166,5 @@ def test_a_callable_cannot_pass_for_a_design():
 def test_rounding_puts_no_point_out_of_its_stratum(strata, u):
     n, d = int(np.prod(strata)), len(strata)
     corners = np.indices(strata).reshape(d, n).T
-    points = _inside((corners + np.full((1, n, d), u)) / strata, corners, strata)
+    points = inside((corners + np.full((1, n, d), u)) / strata, corners, strata)
     np.testing.assert_array_equal(stratum_index(points[0], strata), np.arange(n))

@@ -5,7 +5,7 @@ import itertools
 import pytest
 
 import voroquad as vq
-from voroquad.designs.sampling import GRIDDED
+from voroquad.designs.design import DESIGNS
 from voroquad.explore.edits import EditedSet
 from voroquad.explore.rules import EQUAL, HIGHEST_ORDER, SAMPLERS, WEIGHTS, method, offered, weigh
 
@@ -19,7 +19,7 @@ def test_what_is_offered_works_and_nothing_else_does(design, d):
         if order in rules.get(debias, []):
             w = vq.weights(samples, order=order, debias=debias)
             assert w.shape == (16,)
-        elif design in GRIDDED or order <= HIGHEST_ORDER:
+        elif DESIGNS[design].gridded or order <= HIGHEST_ORDER:
             with pytest.raises(ValueError, match="no rule for"):
                 vq.weights(samples, order=order, debias=debias)
 

@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import qmc
 
 import voroquad as vq
-from voroquad.designs.sampling import largest_grid
+from voroquad.designs.grids import largest_grid
 from voroquad.integrals.quad import with_uncertainty
 from voroquad.study.genz import instances
 

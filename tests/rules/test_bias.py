@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import voroquad as vq
-from voroquad.designs.sampling import grid_shape
+from voroquad.designs.grids import grid_shape
 from voroquad.rules import bias_tables
 from voroquad.rules.bias import FEW, bias_at
 

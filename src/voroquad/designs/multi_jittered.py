@@ -14,6 +14,8 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
+from .grids import corners, grid_shape, inside
+
 _GOLDEN_RATIO = (math.sqrt(5) - 1) / 2
 
 
@@ -37,6 +39,13 @@ def colours(strata: tuple[int, ...]) -> NDArray[np.intp]:
     remainders = np.indices(strata).reshape(d, -1) % q
     colour = np.ravel_multi_index(tuple(remainders), (q,) * d)
     return np.unique(colour, return_inverse=True)[1].astype(np.intp)
+
+
+def points(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
+    """Points (sets, n, d) of independent sets, each in C order of its strata."""
+    strata = grid_shape(n, d)
+    lower = corners(strata)
+    return inside((lower + offsets(strata, sets, rng)) / strata, lower, strata)
 
 
 def offsets(strata: tuple[int, ...], sets: int, rng: np.random.Generator) -> NDArray[np.float64]:

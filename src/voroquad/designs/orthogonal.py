@@ -37,6 +37,17 @@ def least(d: int) -> int:
     return next(q * q for q in itertools.count(2) if q + 1 >= d and prime_power(q))
 
 
+def largest_size(n: int, d: int) -> int:
+    """The largest number of rows, at most n, of an array with d columns."""
+    root = next((q for q in range(math.isqrt(n), d - 2, -1) if prime_power(q)), None)
+    if root is None:
+        raise ValueError(
+            f"an orthogonal array has at least n = {least(d)} samples in d = {d}, and a set may have {n} only; "
+            "raise n_points"
+        )
+    return root**2
+
+
 def points(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """Independent sets (sets, n, d) of jittered orthogonal arrays, their points in random order.
 

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
 import math
-import warnings
-from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from typing import Any, TypeAlias
 
@@ -14,14 +11,11 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.stats import qmc
 
 from .._support.checks import one_of, positive_int, unit_points
-from . import multi_jittered, orthogonal
-
-#: Designs of one point per box of a grid
-GRIDDED = ("stratified", "multi-jittered", "regular")
+from .design import DESIGNS, SAMPLERS, design_of
+from .engines import EngineFactory, engine_points
+from .grids import grid_shape, stratum_index
 
 Rng: TypeAlias = int | np.random.Generator | None
-#: Makes an engine from (d, rng); the classes of `scipy.stats.qmc` do.
-EngineFactory: TypeAlias = Callable[..., qmc.QMCEngine]
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +29,7 @@ class SampleSet:
     design : str
         The sampler's name: what rules for weights may assume of the points.
     strata : tuple of int, optional
-        Sets of the designs in :data:`GRIDDED`: the number of boxes k_1 … k_d along each axis. Each
+        Sets of gridded designs (:mod:`voroquad.designs.design`): the number of boxes k_1 … k_d along each axis. Each
         box holds one point; :func:`sample` draws them in C order of the boxes (the last axis fastest).
     """
 
@@ -49,7 +43,7 @@ class SampleSet:
             raise ValueError(f"points must have shape (n, d) or (sets, n, d), got {points.shape}")
         unit_points(points, closed=True)
         object.__setattr__(self, "points", points)
-        if self.design in GRIDDED:
+        if design_of(self.design).gridded:
             if self.strata is None or len(self.strata) != self.d or math.prod(self.strata) != self.n:
                 raise ValueError(
                     f"design={self.design!r} needs the strata of {self.n} points in d = {self.d}, got "
@@ -141,7 +135,7 @@ def sample(
         # The design's name tells rules what they may assume: of SciPy's own classes only
         known = isinstance(sampler, type) and sampler.__module__.startswith("scipy.")
         design = sampler.__name__.lower() if known else "engine"
-        points = np.stack([_engine_points(sampler(d, rng=r), n) for r in generator.spawn(batch)])
+        points = np.stack([engine_points(sampler(d, rng=r), n) for r in generator.spawn(batch)])
         if len(np.unique(points.reshape(batch, -1), axis=0)) < batch:
             raise ValueError(
                 f"sampler: two of {batch} sets have the same points, so they are not independent; "
@@ -150,8 +144,9 @@ def sample(
         return _finish(points, design, None, sets)
 
     one_of("sampler", sampler, DESIGNS)
-    strata = grid_shape(n, d) if sampler in GRIDDED else None
-    points = DESIGNS[sampler](batch, n, d, generator)
+    drawn = DESIGNS[sampler]
+    strata = grid_shape(n, d) if drawn.gridded else None
+    points = SAMPLERS[drawn](batch, n, d, generator)
     return _finish(points, sampler, strata, sets)
 
 
@@ -175,76 +170,13 @@ def as_sample_set(samples: SampleSet | ArrayLike, design: str | None = None) -> 
     if design is None:
         return SampleSet(points, "unknown")
     one_of("design", design, DESIGNS)
-    if design not in GRIDDED:
+    if not DESIGNS[design].gridded:
         return SampleSet(points, design)
     return SampleSet(points, design, grid_shape(*points.shape[-2:]))
 
 
-# ---------------------------------------------------------------------- grids of strata
-
-
-def grid_shape(n: int, d: int) -> tuple[int, ...]:
-    """Numbers of boxes along each axis whose product is n, ascending and as equal as n allows.
-
-    A grid is near-cubic when its longest axis has at most twice the boxes of its shortest.
-    """
-    shape = _near_cubic(n, d)
-    if shape is None:
-        below = next((m for m in range(n - 1, 0, -1) if _near_cubic(m, d)), None)
-        above = next(m for m in itertools.count(n + 1) if _near_cubic(m, d))
-        raise ValueError(
-            f"n = {n} samples do not fill a near-cubic grid in d = {d}; "
-            f"the nearest that do are n = {below} and n = {above}"
-        )
-    return shape
-
-
-def _near_cubic(n: int, d: int) -> tuple[int, ...] | None:
-    """The most equal factors of n whose largest is at most twice the smallest, or None."""
-    if d == 1:
-        return (n,)
-
-    def factors(rest: int, axes: int, least: int) -> Iterator[tuple[int, ...]]:
-        if axes == 1:
-            if rest >= least:
-                yield (rest,)
-            return
-        k = least
-        while k**axes <= rest:
-            if rest % k == 0:
-                for tail in factors(rest // k, axes - 1, k):
-                    yield (k, *tail)
-            k += 1
-
-    # The smallest factor is at least n^(1/d) / 2, since the product is at most k·(2k)^(d−1)
-    smallest = max(1, math.ceil((n / 2 ** (d - 1)) ** (1 / d) - 1e-9))
-    near = [shape for shape in factors(n, d, smallest) if shape[-1] <= 2 * shape[0]]
-    return min(near, key=lambda shape: shape[-1] / shape[0], default=None)
-
-
-def largest_grid(n: int, d: int) -> tuple[int, ...]:
-    """The grid of the most boxes, at most n, whose numbers along the axes differ by at most two.
-
-    Examples
-    --------
-    >>> from voroquad.designs.sampling import largest_grid
-    >>> largest_grid(1024, 2), largest_grid(1000, 3), largest_grid(15, 4)
-    ((32, 32), (10, 10, 10), (1, 2, 2, 2))
-    """
-    k = math.floor(n ** (1 / d) + 1e-9)
-    candidates = []
-    for least in (max(1, k - 1), k):
-        for twos in range(d + 1):
-            for ones in range(d - twos + 1):
-                shape = (least,) * (d - ones - twos) + (least + 1,) * ones + (least + 2,) * twos
-                if math.prod(shape) <= n and shape[-1] <= 2 * shape[0]:
-                    candidates.append(shape)
-    best = max(candidates, key=lambda shape: (math.prod(shape), shape[0]))
-    return grid_shape(math.prod(best), d)
-
-
 def largest_size(sampler: str | EngineFactory, n: int, d: int) -> int:
-    """The most points, at most n, that a set of a sampler can have.
+    """The largest number of points, at most n, that a set of a sampler can have.
 
     Raises ValueError where n is too small for any.
 
@@ -254,24 +186,7 @@ def largest_size(sampler: str | EngineFactory, n: int, d: int) -> int:
     >>> [largest_size(name, 250, 2) for name in ("stratified", "orthogonal", "sobol")]
     [240, 169, 250]
     """
-    if sampler in GRIDDED:
-        return math.prod(largest_grid(n, d))
-    if sampler == "orthogonal":
-        root = next((q for q in range(math.isqrt(n), d - 2, -1) if orthogonal.prime_power(q)), None)
-        if root is None:
-            raise ValueError(
-                f"an orthogonal array has at least n = {orthogonal.least(d)} samples in d = {d}, and a set may have "
-                f"{n} only; raise n_points"
-            )
-        return root**2
-    return n
-
-
-def stratum_index(points: NDArray[np.float64], strata: tuple[int, ...]) -> NDArray[np.intp]:
-    """The C-order index (..., n) of the stratum each point (..., n, d) lies in."""
-    k = np.asarray(strata)
-    boxes = np.minimum((points * k).astype(np.intp), k - 1)
-    return np.ravel_multi_index(tuple(np.moveaxis(boxes, -1, 0)), strata)
+    return design_of(sampler).largest_size(n, d) if isinstance(sampler, str) else n
 
 
 def _check_one_per_stratum(points: NDArray[np.float64], strata: tuple[int, ...], design: str) -> None:
@@ -290,120 +205,6 @@ def _check_one_per_stratum(points: NDArray[np.float64], strata: tuple[int, ...],
             )
 
 
-# ---------------------------------------------------------------------- the designs
-
-Design: TypeAlias = Callable[[int, int, int, np.random.Generator], NDArray[np.float64]]
-_BELOW_ONE = np.nextafter(1.0, 0.0)
-
-
-def _uniform(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    return rng.random((sets, n, d))
-
-
-def _stratified(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    strata = grid_shape(n, d)
-    corners = np.indices(strata).reshape(d, n).T
-    points: NDArray[np.float64] = (corners + rng.random((sets, n, d))) / strata
-    return _inside(points, corners, strata)
-
-
-def _multi_jittered(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    strata = grid_shape(n, d)
-    corners = np.indices(strata).reshape(d, n).T
-    return _inside((corners + multi_jittered.offsets(strata, sets, rng)) / strata, corners, strata)
-
-
-def _regular(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    strata = grid_shape(n, d)
-    centres = (np.indices(strata).reshape(d, n).T + 0.5) / strata
-    return np.broadcast_to(centres, (sets, n, d)).copy()
-
-
-def _sobol(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    return _from_digits(owen_scramble(_sobol_digits(n, d), sets, rng), rng)
-
-
-def _halton(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    return np.stack([_engine_points(qmc.Halton(d, scramble=True, rng=r), n) for r in rng.spawn(sets)])
-
-
-def _zero_two(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
-    if d > 2:
-        raise ValueError(f"a (0,2)-sequence has at most d = 2 dimensions, got d = {d}; use 'sobol'")
-    flips = rng.integers(0, 2**_BITS, size=(sets, 1, d), dtype=np.uint64)
-    return _from_digits(_sobol_digits(n, d) ^ flips, rng)
-
-
-DESIGNS: dict[str, Design] = {
-    "uniform": _uniform,
-    "stratified": _stratified,
-    "multi-jittered": _multi_jittered,
-    "regular": _regular,
-    "sobol": _sobol,
-    "halton": _halton,
-    "zero-two": _zero_two,
-    "orthogonal": orthogonal.points,
-}
-
-_BITS = 32
-
-
-def _sobol_digits(n: int, d: int) -> NDArray[np.uint64]:
-    """The first n Sobol' points (n, d) as 32-bit integers."""
-    if n > 2**_BITS:
-        raise ValueError(f"Sobol' points are made from {_BITS} digits: n must be at most 2^{_BITS}, got {n}")
-    engine = qmc.Sobol(d, scramble=False, bits=_BITS)
-    points = _engine_points(engine, n)
-    return (points * 2.0**_BITS).astype(np.uint64)
-
-
-def owen_scramble(digits: NDArray[np.uint64], sets: int, rng: np.random.Generator) -> NDArray[np.uint64]:
-    """Nested uniform scramblings (sets, n, d) of 32-bit points (n, d), independent in each set and coordinate.
-
-    Digit k is flipped or not by a fair coin that depends on the k − 1 digits before it (Owen 1995).
-    The coin is one bit of a hash of those digits and of a random key per digit, set and coordinate.
-    """
-    keys = rng.integers(0, 2**64, size=(_BITS, sets, 1, digits.shape[-1]), dtype=np.uint64)
-    scrambled = np.repeat(digits[None], sets, axis=0)
-    for k in range(_BITS):
-        prefix = digits >> np.uint64(_BITS - k)
-        coin = _mix(prefix ^ keys[k]) >> np.uint64(63)
-        scrambled ^= coin << np.uint64(_BITS - 1 - k)
-    return scrambled
-
-
-def _mix(x: NDArray[np.uint64]) -> NDArray[np.uint64]:
-    """A bijection of 64-bit integers with good avalanche (the finaliser of SplitMix64, Steele 2014)."""
-    with np.errstate(over="ignore"):
-        x = (x ^ (x >> np.uint64(30))) * np.uint64(0xBF58476D1CE4E5B9)
-        x = (x ^ (x >> np.uint64(27))) * np.uint64(0x94D049BB133111EB)
-    return x ^ (x >> np.uint64(31))
-
-
-def _from_digits(digits: NDArray[np.uint64], rng: np.random.Generator) -> NDArray[np.float64]:
-    """Points of [0, 1) with the given first 32 binary digits; the digits below are random."""
-    points = (digits.astype(np.float64) + rng.random(digits.shape)) * 2.0**-_BITS
-    return np.minimum(points, _BELOW_ONE)
-
-
-def _inside(points: NDArray[np.float64], corners: NDArray[np.intp], strata: tuple[int, ...]) -> NDArray[np.float64]:
-    """Move points that rounding has put on or beyond a face of their stratum back into it."""
-    while (astray := (points * strata).astype(np.intp) - corners).any():
-        points = np.where(astray == 0, points, np.nextafter(points, np.where(astray > 0, 0.0, 1.0)))
-    return points
-
-
-def _engine_points(engine: qmc.QMCEngine, n: int) -> NDArray[np.float64]:
-    """The next n points of a SciPy engine, below 1 (scrambled engines may round up to it)."""
-    with warnings.catch_warnings():
-        # Balance of a Sobol' set that is no power of two: the caller's choice
-        warnings.filterwarnings("ignore", message="The balance properties", category=UserWarning)
-        points = np.minimum(engine.random(n), _BELOW_ONE)
-    if points.shape != (n, engine.d):
-        raise ValueError(f"sampler: {type(engine).__name__} made {len(points)} points of the n = {n} asked for")
-    return points
-
-
 def _from_engine(engine: qmc.QMCEngine, n: int, d: int | None, sets: int | None) -> SampleSet:
     name = type(engine).__name__
     if sets is not None:
@@ -413,7 +214,7 @@ def _from_engine(engine: qmc.QMCEngine, n: int, d: int | None, sets: int | None)
         )
     if d is not None and d != engine.d:
         raise ValueError(f"d = {d} contradicts the engine's own d = {engine.d}; drop d")
-    return SampleSet(_engine_points(engine, n), name.lower())
+    return SampleSet(engine_points(engine, n), name.lower())
 
 
 def _finish(points: NDArray[Any], design: str, strata: tuple[int, ...] | None, sets: int | None) -> SampleSet:

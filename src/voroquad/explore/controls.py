@@ -17,7 +17,7 @@ from bokeh.models import (
     Widget,
 )
 
-from ..designs.sampling import DESIGNS
+from ..designs.design import DESIGNS
 from ..study.convergence import Method
 from .integrands import FIRST, PRESETS, TYPED
 from .rules import SAMPLERS, WEIGHTS, method, offered

@@ -11,7 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._support.checks import positive_int, unit_points
-from ..designs.sampling import EngineFactory, Rng, SampleSet, sample
+from ..designs.engines import EngineFactory
+from ..designs.sampling import Rng, SampleSet, sample
 from ..rules.registry import weights as unit_weights
 
 

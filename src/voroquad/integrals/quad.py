@@ -15,9 +15,11 @@ from numpy.typing import NDArray
 from scipy import stats
 
 from .._support.checks import one_of, positive_int, thread_count
-from ..designs.sampling import DESIGNS, EngineFactory, Rng, as_generator, largest_grid, largest_size, sample
+from ..designs.design import DESIGNS, design_of
+from ..designs.engines import EngineFactory
+from ..designs.sampling import Rng, as_generator, largest_size, sample
 from ..rules import cross_fit
-from ..rules.registry import DEBIAS, RANDOMISED, weights
+from ..rules.registry import DEBIAS, weights
 from ..rules.strata_fits import check_order, default_order, error_scale, fit_strata
 from .integrand import Integrand, warn
 from .refinement import Estimate, refine, tolerance
@@ -211,7 +213,7 @@ def quad(
             sampler = "multi-jittered" if integrand.d <= 4 else "sobol"
         if order != "auto":
             check_order(order, integrand.d)
-        stratified = sampler in ("stratified", "multi-jittered") and debias in ("auto", "leave-one-out")
+        stratified = isinstance(sampler, str) and design_of(sampler).stratified and debias in ("auto", "leave-one-out")
 
         def estimate(n: int) -> Estimate:
             if stratified:
@@ -252,16 +254,16 @@ def _stratified(
     threads: int,
 ) -> Estimate:
     """Leave-one-out on `sets` sets of one sample per stratum."""
-    strata = largest_grid(n_points, integrand.d)
-    p = default_order(strata) if order == "auto" else order
-    samples = sample(sampler, math.prod(strata), integrand.d, sets=sets, rng=rng)
+    samples = sample(sampler, largest_size(sampler, n_points, integrand.d), integrand.d, sets=sets, rng=rng)
+    assert samples.strata is not None
+    p = default_order(samples.strata) if order == "auto" else order
     values, power = _values(integrand, samples.points)
     w, residuals = fit_strata(samples, p, threads, values)
     means = np.einsum("sn,sfn->sf", w, values)
     if sets > 1:
         return _across_sets(means, samples.n).times_two_to(power)
     _warn_if_unresolved(integrand, samples.points[0], values[0], residuals[0])
-    corrections = error_scale(p, strata) * np.sqrt(np.square(residuals[0]).sum(axis=-1)) / samples.n
+    corrections = error_scale(p, samples.strata) * np.sqrt(np.square(residuals[0]).sum(axis=-1)) / samples.n
     rounding = ROUNDING * (np.abs(w[0]) * np.abs(values[0])).sum(axis=-1)
     error = np.hypot(corrections, rounding)
     return Estimate(means[0], error, samples.n, math.inf).times_two_to(power)
@@ -285,10 +287,10 @@ def _replicates(
         sets, n_points = REPLICATES, n_points // REPLICATES
     n_points = largest_size(sampler, n_points, integrand.d)
     samples = sample(sampler, n_points, integrand.d, sets=sets, rng=rng)
-    if samples.design not in RANDOMISED:
+    if not design_of(samples.design).randomised:
         raise ValueError(
             f"sampler: the error is read off random sets of uniform points, and {samples.design!r} has none; "
-            f"choose one of {', '.join(name for name in DESIGNS if name in RANDOMISED)}"
+            f"choose one of {', '.join(name for name, design in DESIGNS.items() if design.randomised)}"
         )
     values, power = _values(integrand, samples.points)
     fits = sets > 1 and debias in ("auto", "cross-fit")

@@ -11,7 +11,8 @@ import numpy as np
 
 from .._support.checks import one_of, positive_int
 from ..designs import orthogonal
-from ..designs.sampling import DESIGNS, SampleSet, sample
+from ..designs.design import DESIGNS
+from ..designs.sampling import SampleSet, sample
 from ..geometry.cells import cells
 from ..rules.registry import DEBIAS, MAX_ORDER, find_rule, weights
 from ..sample_tables import SampleTable

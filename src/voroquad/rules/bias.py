@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._support.checks import one_of, positive_int, unit_points
-from ..designs.sampling import grid_shape
+from ..designs.design import DESIGNS
+from ..designs.grids import grid_shape
 from . import bias_tables
 
-BIAS_DESIGNS = ("uniform", "stratified")
+#: Designs whose G is known: those of independent samples.
+BIAS_DESIGNS = tuple(name for name, design in DESIGNS.items() if design.independent)
 #: Up to so many points G is integrated at each of them; beyond, a table is cheaper.
 FEW = 64
 

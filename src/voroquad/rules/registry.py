@@ -11,7 +11,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._support.checks import one_of, thread_count
-from ..designs.sampling import SampleSet, as_sample_set, stratum_index
+from ..designs.design import DESIGNS, ENGINE_DESIGNS, design_of
+from ..designs.grids import stratum_index
+from ..designs.sampling import SampleSet, as_sample_set
 from ..geometry.cells import cells
 from ..geometry.probes import probed_measures
 from . import exchange, strata_fits
@@ -133,10 +135,10 @@ def default_order(samples: SampleSet, debias: str) -> int | str:
     """
     sets = len(samples.points) if samples.points.ndim == 3 else 1
     if debias in ("auto", "leave-one-out") and samples.strata is not None:
-        return strata_fits.default_order(samples.strata) if samples.design in STRATIFIED else 0
+        return strata_fits.default_order(samples.strata) if design_of(samples.design).stratified else 0
     if debias in ("auto", "leave-one-out") and samples.design == "uniform" and samples.d > 1 and samples.n <= MOST:
         return "kriging"
-    if debias in ("auto", "cross-fit") and samples.design in RANDOMISED and sets > 1:
+    if debias in ("auto", "cross-fit") and design_of(samples.design).randomised and sets > 1:
         return "kriging"
     return 0
 
@@ -223,21 +225,10 @@ def _span(entries: Sequence[int | str]) -> str:
     return repr(entries[0]) if len(entries) == 1 else f"{entries[0]} to {entries[-1]}"
 
 
-#: Designs whose every point is uniform in the unit box, independently of the other sets.
-RANDOMISED = (
-    "uniform",
-    "stratified",
-    "multi-jittered",
-    "sobol",
-    "halton",
-    "zero-two",
-    "orthogonal",
-    "latinhypercube",
-    "engine",
-)
-
-#: Designs of one random point per box of a grid
-STRATIFIED = ("stratified", "multi-jittered")
+_ALL = (*DESIGNS.values(), *ENGINE_DESIGNS.values())
+RANDOMISED = tuple(design.name for design in _ALL if design.randomised)
+STRATIFIED = tuple(design.name for design in _ALL if design.stratified)
+INDEPENDENT = tuple(design.name for design in _ALL if design.independent)
 
 KRIGING = ("kriging",)
 
@@ -245,7 +236,7 @@ KRIGING = ("kriging",)
 RULES = (
     Rule("exchange", range(1), range(1, 2), ("uniform",), _exchange_uniform),
     Rule("exchange", range(1), range(1, 2), ("stratified",), _exchange_stratified),
-    Rule("leave-one-out", range(1), range(1, 4), ("uniform", "stratified"), _boundary_control),
+    Rule("leave-one-out", range(1), range(1, 4), INDEPENDENT, _boundary_control),
     Rule("leave-one-out", range(1, 9), range(1, 4), STRATIFIED, weigh_strata),
     Rule("leave-one-out", range(1, 4), range(4, 9), STRATIFIED, weigh_strata),
     Rule("leave-one-out", range(1, 9), range(1, 4), ("uniform",), weigh_uniform),
@@ -255,7 +246,7 @@ RULES = (
     Rule("cross-fit", range(1, 9), range(1, 4), RANDOMISED, weigh_replicates, fewest_sets=2),
     Rule("cross-fit", range(1, 4), range(4, 9), RANDOMISED, weigh_replicates, fewest_sets=2),
     Rule("cross-fit", KRIGING, range(1, 9), RANDOMISED, weigh_replicates, fewest_sets=2),
-    Rule("bias-function", range(1), range(1, 4), ("uniform", "stratified"), _over_bias_function),
+    Rule("bias-function", range(1), range(1, 4), INDEPENDENT, _over_bias_function),
     Rule("none", range(1), range(1, 4), None, _voronoi),
     Rule("none", range(1), range(4, 9), None, _probed),
 )

@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
-from ..designs import multi_jittered
-from ..designs.sampling import SampleSet, stratum_index
+from ..designs.design import design_of
+from ..designs.grids import stratum_index
+from ..designs.sampling import SampleSet
 from . import kriging_rules
 
 Array = NDArray[np.float64]
@@ -153,7 +154,7 @@ def fit_strata(samples: SampleSet, order: int | str, threads: int, values: Array
     sets, n, _ = points.shape
     if values is None:
         values = np.empty((sets, 0, n))
-    period = multi_jittered.period(samples.d) if samples.design == "multi-jittered" else 0
+    period = design_of(samples.design).period(samples.d)
     index = stratum_index(points, samples.strata)
     shuffled = bool((index != np.arange(n)).any())
     order_of = np.argsort(index, axis=-1)
