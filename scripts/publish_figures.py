@@ -9,9 +9,6 @@ The folder holds `study` (voroquad study), `compare` (voroquad compare depth-of-
 
 from __future__ import annotations
 
-import csv
-import math
-import re
 import shutil
 import sys
 from collections.abc import Callable
@@ -19,11 +16,9 @@ from pathlib import Path
 
 from matplotlib.axes import Axes
 from matplotlib.image import imread
+from tables.text import FIGURES, ROOT, read, replace_table, scientific
 
 from voroquad.results.style import house_style, new_figure
-
-ROOT = Path(__file__).parents[1]
-FIGURES = ROOT / "docs" / "figures"
 
 COPIES = {
     **{f"{name}.svg": f"study/{name}.svg" for name in ("bias-function", "bins", "mse-smooth", "mse-talk")},
@@ -87,17 +82,6 @@ def spp_shown(compare: Path) -> int:
     return spp[len(spp) // 2]
 
 
-def depth_of_field_table(source: Path) -> str:
-    """MSE of each method against samples per pixel."""
-    rows = read(source / "compare" / "errors.csv")
-    spp = sorted({int(row["spp"]) for row in rows})
-    lines = ["| method | " + " | ".join(f"{n} spp" for n in spp) + " |", "| --- |" + " ---: |" * len(spp)]
-    for method in dict.fromkeys(row["method"] for row in rows):
-        cells = [next(r for r in rows if r["method"] == method and int(r["spp"]) == n)["mse"] for n in spp]
-        lines.append(f"| {method} | " + " | ".join(scientific(float(c)) for c in cells) + " |")
-    return "\n".join(lines)
-
-
 def rules_table(source: Path) -> str:
     """MSE and slope of the rules for single sets on a smooth function, d = 1."""
     n = 512
@@ -110,54 +94,10 @@ def rules_table(source: Path) -> str:
     return "\n".join(lines)
 
 
-def quad_table() -> str:
-    """Geometric means over families of qmc_quad's MSE over that of vq.quad, from the committed benchmark."""
-    rows = [row for row in read(ROOT / "benchmarks" / "results" / "quad_peers.csv") if row["peer"] == "qmc_quad"]
-    sizes = sorted({int(row["n"]) for row in rows})
-    lines = ["| d | " + " | ".join(f"{n} evaluations" for n in sizes) + " |", "| --- |" + " ---: |" * len(sizes)]
-    for d in sorted({int(row["d"]) for row in rows}):
-        cells = []
-        for n in sizes:
-            ratios = [
-                float(r["mse_ratio"]) for r in rows if (int(r["d"]), int(r["n"])) == (d, n) and r["family"] != "all"
-            ]
-            mean = math.exp(math.fsum(map(math.log, ratios)) / len(ratios))
-            cells.append(f"{mean:.2g}" if mean < 100 else scientific(mean))
-        lines.append(f"| {d} | " + " | ".join(cells) + " |")
-    return "\n".join(lines)
-
-
 #: By page and name, the folder that a table needs, and what makes it
 TABLES: dict[tuple[str, str], tuple[str, Callable[[Path], str]]] = {
-    ("README.md", "depth-of-field"): ("compare", depth_of_field_table),
-    ("README.md", "rules"): ("study", rules_table),
+    ("docs/measured/rules.md", "rules"): ("study", rules_table),
 }
-
-
-def replace_table(text: str, name: str, table: str) -> str:
-    """Put a table between its markers."""
-    pattern = re.compile(rf"(<!-- table: {re.escape(name)} -->\n).*?(<!-- end -->)", re.DOTALL)
-    text, count = pattern.subn(lambda match: f"{match[1]}{table}\n{match[2]}", text)
-    if count != 1:
-        raise ValueError(f"the page must hold the markers of table {name!r} once, found {count}")
-    return text
-
-
-def scientific(value: float) -> str:
-    """A number to two digits, as 1.2·10⁻⁵."""
-    mantissa, exponent = f"{value:.1e}".split("e")
-    return f"{mantissa}·{power_of_ten(int(exponent))}"
-
-
-def power_of_ten(exponent: int) -> str:
-    """10⁻⁵."""
-    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-
-
-def read(path: Path) -> list[dict[str, str]]:
-    """The rows of a CSV file."""
-    with path.open(newline="", encoding="utf-8") as file:
-        return list(csv.DictReader(file))
 
 
 if __name__ == "__main__":

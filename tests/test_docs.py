@@ -66,3 +66,11 @@ def test_tables_hold_the_committed_numbers():
         [sys.executable, ROOT / "scripts" / "publish_tables.py", "--check"], capture_output=True, text=True
     )
     assert (done.returncode, done.stderr) == (0, "")
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/tutorial.md"])
+def test_programs_of_a_page_run(page, capsys):
+    text = (ROOT / page).read_text(encoding="utf-8")
+    blocks = [b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "scene.xml" not in b]
+    assert len(blocks) >= 2
+    exec("\n".join(blocks), {})

@@ -103,7 +103,8 @@ def weights(
 
     References
     ----------
-    J. Guo and E. Eisemann, "Geometrical Sample Reweighting for Monte Carlo Integration".
+    J. J. Guo and E. Eisemann, "Geometric Sample Reweighting for Monte Carlo Integration", Computer Graphics Forum
+    40(7), 109–119, 2021.
 
     Examples
     --------

@@ -1,0 +1,98 @@
+"""docs/measured/integrals.md and error-bars.md, docs/peers.md: `vq.quad` beside its peers."""
+
+from __future__ import annotations
+
+import math
+
+from voroquad.study.genz import FAMILIES
+
+from .text import RESULTS, markdown, percent, read, scientific, short
+
+
+def quad_table() -> str:
+    """Geometric means over families of qmc_quad's MSE over that of vq.quad, from the committed benchmark."""
+    rows = [row for row in read(RESULTS / "quad_peers.csv") if row["peer"] == "qmc_quad"]
+    sizes = sorted({int(row["n"]) for row in rows})
+    lines = ["| d | " + " | ".join(f"{n} evaluations" for n in sizes) + " |", "| --- |" + " ---: |" * len(sizes)]
+    for d in sorted({int(row["d"]) for row in rows}):
+        cells = []
+        for n in sizes:
+            ratios = [
+                float(r["mse_ratio"]) for r in rows if (int(r["d"]), int(r["n"])) == (d, n) and r["family"] != "all"
+            ]
+            mean = math.exp(math.fsum(map(math.log, ratios)) / len(ratios))
+            cells.append(f"{mean:.2g}" if mean < 100 else scientific(mean))
+        lines.append(f"| {d} | " + " | ".join(cells) + " |")
+    return "\n".join(lines)
+
+
+def cubic_table() -> str:
+    """MSE of vq.quad and of cubic stratification, at each of their orders."""
+    measured = read(RESULTS / "cubic_stratification.csv")
+    names = {"smooth-2d": "smooth", "gaussian": "narrow Gaussian", "kink-2d": "kink", "half-plane": "half-plane"}
+    rows = [["rule", "order", *names.values()]]
+    for rule, order in dict.fromkeys((r["rule"], r["order"]) for r in measured):
+        own = {r["function"]: r for r in measured if (r["rule"], r["order"]) == (rule, order)}
+        mse = {f: scientific(float(own[f]["mse"])) for f in names}
+        rows.append([rule, order, *(f"**{mse[f]}**" if own[f]["best"] else mse[f] for f in names)])
+    return markdown(rows, "ll")
+
+
+def families_table() -> str:
+    """MSE of qmc_quad over that of vq.quad, by family."""
+    measured = [r for r in read(RESULTS / "quad_peers.csv") if r["peer"] == "qmc_quad"]
+    rows = [["d", "evaluations", *dict.fromkeys(r["family"] for r in measured)]]
+    for d, n in dict.fromkeys((r["d"], r["n"]) for r in measured):
+        rows.append([d, n, *(short(float(r["mse_ratio"])) for r in measured if (r["d"], r["n"]) == (d, n))])
+    return markdown(rows, "ll")
+
+
+def coverage_table() -> str:
+    """How often the interval from one set holds the integral: on average over the families, and in the least."""
+    measured = read(RESULTS / "coverage.csv")
+    rows = [["d", "evaluations", "mean", "least", "of the family"]]
+    for r in measured:
+        if int(r["n"]) >= 128:
+            least = min(FAMILIES, key=lambda family: float(r[family]))
+            rows.append([r["d"], r["evaluations"], percent(r["mean"]), percent(r["least"]), least])
+    return markdown(rows, "l")
+
+
+def weight_bounds_table() -> str:
+    """Sums and largest weights of the default rules."""
+    names = {"d": "d", "strata": "strata", "order": "rule", "sets": "sets", "sum_mean": "Σ\\|w\\|, mean"}
+    names |= {"sum_largest": "Σ\\|w\\|, worst set", "weight_largest": "largest N \\|w\\|"}
+    measured = read(RESULTS / "weight_bounds.csv")
+    for r in measured:
+        r["order"] = f"kriging, drift {r['drift']}" if r["drift"] else f"order {r['order']}"
+    return markdown([[*names.values()], *([r[k] for k in names] for r in measured)], "lll")
+
+
+#: Of each kind of rule one or two
+SHOWN_PEERS = (
+    "qmc_quad", "cubature", "vegas", "qmcpy-lattice", "qmcpy-net", "control-neighbours", "cubic-2", "cubic-4",
+)  # fmt: skip
+
+
+def peers_table() -> str:
+    """MSE of peers over that of vq.quad, over all families."""
+    measured = [r for r in read(RESULTS / "quad_peers.csv") if r["family"] == "all"]
+    peers = SHOWN_PEERS
+    ratios = {(r["d"], r["n"], r["peer"]): short(float(r["mse_ratio"])) for r in measured}
+    rows = [["d", "evaluations", *peers]]
+    for d, n in dict.fromkeys((r["d"], r["n"]) for r in measured):
+        rows.append([d, n, *(ratios.get((d, n, peer), "–") for peer in peers)])
+    return markdown(rows, "ll")
+
+
+def peer_times_table() -> str:
+    """Wall time of vq.quad, and of its peers in parts of that."""
+    measured = read(RESULTS / "quad_peers_times.csv")
+    times = {(r["d"], r["n"], r["rule"]): float(r["milliseconds"]) for r in measured}
+    ours, *peers = dict.fromkeys(r["rule"] for r in measured)
+    rows = [["d", "evaluations", f"{ours}, ms", *peers]]
+    for d, n in dict.fromkeys((r["d"], r["n"]) for r in measured):
+        own = times[d, n, ours]
+        ratios = [short(times[d, n, peer] / own) if (d, n, peer) in times else "–" for peer in peers]
+        rows.append([d, n, short(own), *ratios])
+    return markdown(rows, "ll")

@@ -1,0 +1,73 @@
+"""docs/measured/cells.md, mri.md, explorer.md and scaling.md: programs and processes."""
+
+from __future__ import annotations
+
+from .text import FIGURES, RESULTS, markdown, read, short
+
+
+def cells_table() -> str:
+    """Time per point of cells: of the processor, or on the wall where threads are named."""
+    rows = [["points", "program", "time", "N", "ns per point", "times voroquad"]]
+    for r in read(RESULTS / "cells_peers.csv"):
+        clock = "wall" if "thread" in r["program"] else "CPU"
+        time = f"{int(r['ns per point']):,}"
+        rows.append([r["points"], r["program"], clock, f"{int(r['n']):,}", time, r["times voroquad"]])
+    return markdown(rows, "lll")
+
+
+def cells_summary() -> str:
+    """Time per point of cells of uniform points, and how many times as long the peers take."""
+    measured = [r for r in read(RESULTS / "cells_peers.csv") if not r["program"].startswith("voroquad,")]
+    rows = [["points", "voroquad", "other programs, times as long"]]
+    for points, n in (("2-D uniform", "1000000"), ("3-D uniform", "100000")):
+        own, *others = (r for r in measured if (r["points"], r["n"]) == (points, n))
+        times = ", ".join(f"{r['program']} {short(float(r['times voroquad']))}" for r in others)
+        rows.append([f"{int(n):,}, {points}", f"{own['ns per point']} ns per point", times])
+    return markdown(rows, "l")
+
+
+def density_table() -> str:
+    """CPU seconds of density weights and errors of their images."""
+    rows = [["trajectory", "samples", "image", "method", "seconds", "error"]]
+    for r in read(FIGURES / "mri-density.csv"):
+        seconds, error = short(float(r["cpu_seconds"])), short(float(r["error"]))
+        rows.append([r["trajectory"], f"{int(r['samples']):,}", r["image"], r["method"], seconds, error])
+    return markdown(rows, "l")
+
+
+def drag_table() -> str:
+    """Milliseconds from a pointer's move to the new picture."""
+    rows = read(RESULTS / "explorer_drag.csv")
+    body = [
+        [f"{r['d']}-D", r["weights"], f"{r['median_ms']} ms", f"{r['p95_ms']} ms", f"{100 * float(r['stolen']):.0f} %"]
+        for r in rows
+    ]
+    return markdown([["", "weights", "median", "95 % within", "processor time stolen"], *body], "ll")
+
+
+def cluster_table() -> str:
+    """What the checks on real Dask processes saw."""
+    return markdown([["", ""], *([row["what"], row["seen"]] for row in read(RESULTS / "cluster.csv"))], "ll")
+
+
+def costs_table() -> str:
+    """Costs of units; of a study's, the range over designs and N."""
+    rows = read(RESULTS / "scaling_costs.csv")
+    samples = [float(row["value"]) for row in rows if row["unit"] == "s/sample"]
+    others = [row for row in rows if row["unit"] != "s/sample"]
+    body = [["study, a sample", f"{micro(min(samples))} to {micro(max(samples))} µs"]]
+    body += [[row["cost"], f"{micro(float(row['value']))} µs{row['unit'].removeprefix('s')}"] for row in others]
+    return markdown([["", "processor time"], *body], "l")
+
+
+def micro(seconds: float) -> str:
+    """Microseconds to three digits."""
+    return f"{1e6 * seconds:.3g}" if seconds < 1e-3 else f"{1e6 * seconds:,.0f}".replace(",", "\N{NO-BREAK SPACE}")
+
+
+def scaling_table() -> str:
+    """Predicted times."""
+    heads = "job,units,s/unit,workers,hours,speed-up,client busy,scheduler busy,client full at,scheduler full at"
+    keys = "job,units,unit_seconds,workers,hours,speedup,client_busy,scheduler_busy,client_full_at,scheduler_full_at"
+    rows = [[row[key] for key in keys.split(",")] for row in read(RESULTS / "scaling.csv")]
+    return markdown([heads.split(","), *rows], "l")

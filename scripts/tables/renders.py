@@ -1,0 +1,145 @@
+"""docs/measured/renders.md: Mitsuba's samplers, and ours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from math import comb, hypot
+from statistics import median
+
+from .text import DESIGNS, FIGURES, PLUS_MINUS, RESULTS, Row, markdown, read, scientific
+
+#: Of independent and of good samples, each with and without weights; and the best of Mitsuba's samplers
+SHOWN_METHODS = ("uniform", "uniform + w", "Sobol'", "Sobol' + w", "Mitsuba multijitter")
+
+
+def depth_of_field_table() -> str:
+    """MSE of some methods against samples per pixel."""
+    measured = read(FIGURES / "depth-of-field-errors.csv")
+    spp = sorted({int(r["spp"]) for r in measured})
+    rows = [["samples of the lens", *(f"{n} spp" for n in spp)]]
+    for method in SHOWN_METHODS:
+        own = {int(r["spp"]): float(r["mse"]) for r in measured if r["method"] == method}
+        rows.append([method.replace("+ w", "+ weights"), *(scientific(own[n]) for n in spp)])
+    return markdown(rows, "l")
+
+
+def gain_table() -> str:
+    """MSE of uniform samples over that of each method in a render."""
+    measured = read(FIGURES / "depth-of-field-errors.csv")
+    spp = sorted({int(r["spp"]) for r in measured})
+    rows = [["lens samples", *(f"{n} spp" for n in spp)]]
+    for method in dict.fromkeys(r["method"] for r in measured):
+        own = {int(r["spp"]): float(r["uniform_mse_over_mse"]) for r in measured if r["method"] == method}
+        rows.append([method, *(f"{own[n]:.1f}" for n in spp)])
+    return markdown(rows, "l")
+
+
+def domains_table() -> str:
+    """MSE of sets with and without the weights of their cells, and of Mitsuba's, where the domain makes the noise."""
+    designs = ("uniform", "stratified", "sobol")
+    names = [DESIGNS.get(design, design) for design in designs]
+    heads = (text for name in names for text in (name, "+ w", "gain"))
+    rows = [["scene", "domain", "spp", *heads, "best of Mitsuba's"]]
+    measured = [r for r in read(RESULTS / "scene_domains.csv") if r["order"] + r["debias"] in ("0none", "")]
+    for key in dict.fromkeys((r["scene"], r["domain"], r["spp"]) for r in measured):
+        own = {r["samples"]: r for r in measured if (r["scene"], r["domain"], r["spp"]) == key}
+        theirs = min((r for r in own.values() if not r["order"]), key=lambda r: float(r["mse"]))
+        cells = [
+            (scientific(float(r["mse"])), scientific(float(r["weighted_mse"])), f"{float(r['gain']):.1f}")
+            for r in (own[design] for design in designs)
+        ]
+        best = f"{theirs['samples'].removeprefix('Mitsuba ')} {scientific(float(theirs['mse']))}"
+        rows.append([*key, *(text for three in cells for text in three), best])
+    return markdown(rows, "ll")
+
+
+def scene_rules_table() -> str:
+    """What each rule for stratified sets gains, where the domain makes the noise."""
+    measured = [r for r in read(RESULTS / "scene_domains.csv") if r["samples"] == "stratified"]
+    rules = list(dict.fromkeys((r["order"], r["debias"]) for r in measured))
+    names = ["Voronoi cells" if debias == "none" else f"{debias}, order {order}" for order, debias in rules]
+    rows = [["scene", "spp", *names]]
+    for key in dict.fromkeys((r["scene"], r["spp"]) for r in measured):
+        own = {(r["order"], r["debias"]): r["gain"] for r in measured if (r["scene"], r["spp"]) == key}
+        rows.append([*key, *(own.get(rule, "–") for rule in rules)])
+    return markdown(rows, "l")
+
+
+def blend_table() -> str:
+    """What blend does to the error of samples, in every scene, with the pixel's area sampled."""
+    rows = [["scene", "domain", "sets", "all else", "equal weights", "weights", "blend", "blend over equal", "mean λ"]]
+    for r in read(RESULTS / "scene_blend.csv"):
+        if r["ratio"]:
+            mse = [scientific(float(r[name])) for name in ("mse", "weighted_mse", "blend_mse")]
+            ratio = f"{float(r['ratio']):.3f}{PLUS_MINUS}{float(r['ratio_error']):.3f}"
+            sets = DESIGNS.get(r["samples"], r["samples"])
+            rows.append([r["scene"], r["domain"], sets, r["all_else"], *mse, ratio, r["mean_lambda"]])
+    return markdown(rows, "llll")
+
+
+def best_table() -> str:
+    """The best of Mitsuba's samplers and the best of ours in every scene, at equal samples per pixel."""
+    rows = [["scene", "spp", "ratio", "best here", "all else", "MSE", "best of Mitsuba's", "MSE"]]
+    measured = read(RESULTS / "scene_blend.csv") + read(RESULTS / "scene_blend_49.csv")
+    for scene, spp in dict.fromkeys((r["scene"], r["spp"]) for r in measured):
+        own = [r for r in measured if (r["scene"], r["spp"]) == (scene, spp)]
+        theirs = min((r for r in own if r["samples"] == "Mitsuba"), key=least)
+        ours = min((r for r in own if r["samples"] != "Mitsuba"), key=least)
+        sets = f"{DESIGNS.get(ours['samples'], ours['samples'])}, {ours['domain']}"
+        sets += " + blend" if least(ours) < float(ours["mse"]) else ", equal weights"
+        ratio = f"{least(ours) / least(theirs):.3f}{PLUS_MINUS}{ratio_error(ours, theirs):.3f}"
+        mse = [scientific(least(r)) for r in (ours, theirs)]
+        rows.append([scene, spp, ratio, sets, ours["all_else"], mse[0], theirs["all_else"], mse[1]])
+    return markdown(rows, "l")
+
+
+def ratio_error(ours: Row, theirs: Row) -> float:
+    """Standard error of the ratio of two rows' MSE: of pairs where they have the same samples."""
+    if ours["samples"] == "scene" and ours["all_else"] == theirs["all_else"]:
+        return float(ours["ratio_error"])
+    relative = (float(row["mse_error"]) / float(row["mse"]) for row in (ours, theirs))
+    return least(ours) / least(theirs) * hypot(*relative)
+
+
+def overhead_table() -> str:
+    """What reweighted costs over the nested integrator: median ratios of pairs of renders, and of memory."""
+    rows = [["scene", "domain", "pairs", "nested, s", "time", "95 %", "processor time", "memory"]]
+    memory = {r["scene"]: float(r["ratio"]) for r in read(RESULTS / "render_memory.csv")}
+    measured = read(RESULTS / "render_overhead.csv")
+    for scene in dict.fromkeys(r["scene"] for r in measured):
+        pairs = [r for r in measured if r["scene"] == scene]
+        clock, cpu = (
+            sorted(float(r[f"reweighted_{unit}"]) / float(r[f"nested_{unit}"]) for r in pairs)
+            for unit in ("seconds", "cpu")
+        )
+        low, high = median_interval(clock)
+        nested = f"{median(float(r['nested_seconds']) for r in pairs):.2f}"
+        ratios = [f"{median(clock):.3f}", f"{low:.3f} to {high:.3f}", f"{median(cpu):.3f}", f"{memory[scene]:.3f}"]
+        rows.append([scene, pairs[0]["domain"], str(len(pairs)), nested, *ratios])
+    return markdown(rows, "ll")
+
+
+def median_interval(ordered: Sequence[float]) -> tuple[float, float]:
+    """The order statistics that hold the median with at least 95 %."""
+    n = len(ordered)
+    k = next(k for k in range(n) if sum(comb(n, i) for i in range(k + 1)) / 2**n > 0.025)
+    return ordered[max(k - 1, 0)], ordered[min(n - k, n - 1)]
+
+
+def least(row: Row) -> float:
+    """The MSE of a row: that with blend, if there is one and it is less, or the samples are Mitsuba's own."""
+    names = ("blend_mse",) if row["samples"] == "scene" else ("mse", "blend_mse")
+    return min(float(row[name]) for name in names if row[name])
+
+
+def scene_bias_table() -> str:
+    """Means of 64 renders against the references."""
+    rows = [["scene", "domain", "rule", "values", "passing", "mean z²", "expected", "mean z"]]
+    rows[0] += ["by skewness", "unbiased"]
+    for r in read(RESULTS / "scene_bias.csv"):
+        passing = f"{100 * float(r['passing']):.2f} %"
+        mean = f"{float(r['mean_z']):.3f}{PLUS_MINUS}{float(r['mean_z_error']):.3f}".replace("-", "−")
+        squares = [f"{float(r[name]):.3f}" for name in ("mean_square_z", "expected")]
+        skewed = f"{float(r['skewed_z']):.3f}".replace("-", "−") if r["skewed_z"] else "–"
+        rows.append([r["scene"], r["domain"], r["rule"], r["values"], passing, *squares, mean, skewed, r["unbiased"]])
+    return markdown(rows, "lll")
