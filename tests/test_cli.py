@@ -3,38 +3,14 @@ import signal
 import subprocess
 import sys
 import time
-from dataclasses import dataclass
 
 import numpy as np
 import pytest
 
 import voroquad as vq
-from voroquad import cli
 from voroquad.integrals.expression import compile_expression
 
 PROGRAM = [sys.executable, "-c", "from voroquad.cli import main; main()"]
-
-
-@dataclass
-class Done:
-    """How a command ended."""
-
-    returncode: int
-    stdout: str
-    stderr: str
-
-
-@pytest.fixture
-def voroquad(monkeypatch, capsys):
-    """Run a command in this process."""
-
-    def run(*arguments):
-        monkeypatch.setattr("sys.argv", ["voroquad", *map(str, arguments)])
-        with pytest.raises(SystemExit) as stop:
-            cli.main()
-        return Done(stop.value.code or 0, *capsys.readouterr())
-
-    return run
 
 
 def test_weights_of_a_csv_file(voroquad, tmp_path):

@@ -245,6 +245,14 @@ Domain = Annotated[
 ]
 Size = Annotated[str | None, typer.Option(help="Width and height of the image, such as 320x240.")]
 Jitter = Annotated[bool, typer.Option(help="Sample the pixel's area, or its centre.")]
+Parameters = Annotated[
+    list[str] | None,
+    typer.Option("-D", metavar="NAME=VALUE", help="Value of a parameter $NAME of the scene; may be given repeatedly."),
+]
+Sensor = Annotated[int, typer.Option(help="Number of the scene's sensor, from 0.")]
+Variant = Annotated[
+    str | None, typer.Option(help="Mitsuba's variant; default: llvm_ad_rgb, or llvm_ad_spectral for wavelengths.")
+]
 
 
 @app.command()
@@ -262,6 +270,9 @@ def render(
     blend: Annotated[str, typer.Option(help="auto: per tile, as much of the weights as helps; off: all.")] = "auto",
     jitter: Jitter = True,
     size: Size = None,
+    parameters: Parameters = None,
+    sensor: Sensor = 0,
+    variant: Variant = None,
     seed: Seed = 0,
     per_round: Annotated[int | None, typer.Option("--round", help="Samples per pixel of a round.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Go on from OUTPUT.state.npz.")] = False,
@@ -276,12 +287,13 @@ def render(
 ) -> None:
     """Render a Mitsuba scene with weighted sample sets, in rounds that can be resumed."""
     from .mitsuba import render as renderer
-    from .mitsuba.loading import parse_size
+    from .mitsuba.loading import parse_parameters, parse_size
 
     with _pool(scheduler, workers, store, output) as pool:
         summary = renderer.render(
             scene, output, domain=domain, spp=spp, sampler=sampler, order=order, debias=debias,
-            weighted=weighted, blend=blend, jitter=jitter, size=parse_size(size), seed=seed,
+            weighted=weighted, blend=blend, jitter=jitter, size=parse_size(size),
+            parameters=parse_parameters(parameters or []), sensor=sensor, variant=variant, seed=seed,
             per_round=per_round, seconds=renderer.parse_seconds(time), target_error=target_error, resume=resume,
             pool=pool,
         )  # fmt: skip
@@ -304,6 +316,9 @@ def compare(
     ] = None,
     jitter: Jitter = False,
     size: Size = None,
+    parameters: Parameters = None,
+    sensor: Sensor = 0,
+    variant: Variant = None,
     seed: Seed = 0,
     seeds: Annotated[int, typer.Option(help="Images of each method and spp, to average the errors over.")] = 1,
     scheduler: Scheduler = None,
@@ -315,7 +330,7 @@ def compare(
     from ._support.checks import whole_numbers
     from .mitsuba.compare import compare as run
     from .mitsuba.compare import summary
-    from .mitsuba.loading import parse_size
+    from .mitsuba.loading import parse_parameters, parse_size
     from .report.page import write_report
 
     with _pool(scheduler, workers, store, output) as pool:
@@ -326,6 +341,9 @@ def compare(
             spp=whole_numbers("spp", spp),
             methods=None if methods is None else [name.strip() for name in methods.split(",")],
             size=parse_size(size),
+            parameters=parse_parameters(parameters or []),
+            sensor=sensor,
+            variant=variant,
             seed=seed,
             seeds=seeds,
             jitter=jitter,

@@ -123,7 +123,7 @@ def test_methods_of_a_domain(ball):
     scene = load_scene(ball)
 
     def names(domain="lens", jitter=False, spp=(16, 64)):
-        return [m.name for m in methods_for(Stage(scene, domain, jitter), spp)]
+        return [m.name for m in methods_for(Stage(scene, scene.sensors()[0], domain, jitter), spp)]
 
     assert names()[:2] == ["uniform", "uniform-w"]
     assert {"zero-two", "stratified-blend", "sobol-blend", "mitsuba-independent", "mitsuba-ldsampler"} <= set(names())

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from voroquad.mitsuba.domains import find_domain
-from voroquad.mitsuba.loading import one_line_errors
+from voroquad.mitsuba.errors import one_line_errors
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 

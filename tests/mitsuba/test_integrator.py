@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import voroquad as vq
-from voroquad.mitsuba.loading import one_line_errors
+from voroquad.mitsuba.errors import one_line_errors
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 

@@ -8,7 +8,7 @@ import threading
 import time
 from collections.abc import Generator, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import islice
 from typing import Any
 
@@ -18,9 +18,12 @@ import numpy as np
 
 from .._support.checks import thread_count
 from .._support.units import Advance, Array, File, Pool, Series
+from .._support.version import __version__
 from ..sample_tables import SampleTable, kept_table
 from .accumulation import Footprint, Pass
-from .loading import load_scene, make_integrator, motion_of, one_line_errors, own_integrator, scene_files
+from .dependencies import file_hashes, scene_files
+from .errors import one_line_errors
+from .loading import find_sensor, load_scene, make_integrator, motion_of, own_integrator
 from .rounds import alone
 
 
@@ -40,6 +43,10 @@ class Shot:
         Plug-in around the scene's own integrator.
     properties : dict
         Of the plug-in.
+    sensor : int
+        Number of the scene's sensor that takes the image.
+    parameters : dict
+        Values of the scene's ``$name`` parameters.
     """
 
     scene: File
@@ -47,26 +54,36 @@ class Shot:
     size: tuple[int, int] | None
     kind: str
     properties: dict[str, Any]
+    sensor: int = 0
+    parameters: dict[str, str] = field(default_factory=dict)
 
     @property
     def plugin(self) -> str:
         """Tells its plug-in from others."""
         return f"{self.kind} {sorted(self.properties.items())}"
 
-    def loaded(self) -> tuple[mi.Scene, mi.Integrator]:
-        """Scene and plug-in; the last ones stay in memory."""
+    def key(self) -> dict[str, Any]:
+        """All that the image depends on but the plug-in and its samples: files by their hashes, sensor, versions."""
+        files = file_hashes(self.scene.path, self.parameters)
+        versions = {"voroquad": __version__, "mitsuba": mi.__version__, "drjit": dr.__version__}
+        settings = {"variant": self.variant, "sensor": self.sensor, "size": self.size}
+        values = {f"parameter {name}": value for name, value in sorted(self.parameters.items())}
+        return settings | values | versions | {f"file {name}": hashed for name, hashed in files.items()}
+
+    def loaded(self) -> tuple[mi.Scene, mi.Sensor, mi.Integrator]:
+        """Scene, sensor and plug-in; the last ones stay in memory."""
         if mi.variant() != self.variant:
             mi.set_variant(self.variant)
-        key = f"{self.scene.path} {self.variant} {self.size}"
+        key = f"{self.scene.path} {self.variant} {self.size} {self.sensor} {sorted(self.parameters.items())}"
         if key not in _last.scenes:
             _last.forget()
-            _last.scenes[key] = load_scene(self.scene.path, self.size)
+            _last.scenes[key] = load_scene(self.scene.path, self.size, parameters=self.parameters, sensor=self.sensor)
         scene = _last.scenes[key]
         if self.plugin not in _last.integrators:
             _last.integrators.clear()
             properties = self.properties | (motion_of(scene) if self.kind == "reweighted" else {})
             _last.integrators[self.plugin] = make_integrator(self.kind, own_integrator(scene), **properties)
-        return scene, _last.integrators[self.plugin]
+        return scene, find_sensor(scene, self.sensor), _last.integrators[self.plugin]
 
 
 class _Last:
@@ -109,16 +126,16 @@ class Camera:
     """
 
     def __init__(self, shot: Shot, pool: Pool) -> None:
-        self.scene, self.integrator = shot.loaded()
+        self.scene, self.sensor, self.integrator = shot.loaded()
         self._pool = pool
-        sent = pool.send(shot.scene.path, [path for path in scene_files(shot.scene.path) if path != shot.scene.path])
-        self._shot = Shot(sent, shot.variant, shot.size, shot.kind, shot.properties)
-        self._footprint = Footprint(self.scene.sensors()[0].film())
+        scene, *others = scene_files(shot.scene.path, shot.parameters)
+        self._shot = replace(shot, scene=pool.send(scene, others))
+        self._footprint = Footprint(self.sensor.film())
 
     def series(self, name: str, spp: int, seed: int, table_seed: int | None = None) -> Series:
         """The units of an image; a table of another seed than the plug-in's, if it has tables."""
-        film = self.scene.sensors()[0].film()
-        spp = self.integrator.granted(self.scene.sensors()[0], spp)
+        film = self.sensor.film()
+        spp = self.integrator.granted(self.sensor, spp)
         table = None
         if self.integrator.tabled:
             table = self._pool.share(table_of, self.integrator.recipe(self.integrator.samples or spp, table_seed))
@@ -128,12 +145,12 @@ class Camera:
 
     def bands(self, spp: int) -> int:
         """The number of units of an image."""
-        return len(self._footprint.bands(self.integrator.granted(self.scene.sensors()[0], spp)))
+        return len(self._footprint.bands(self.integrator.granted(self.sensor, spp)))
 
     def develop(self, done: Pass) -> Array:
         """The image (height, width, channels) that a render in one round gives."""
         image = alone(done, blend=self.integrator.blend)
-        return np.array(self.integrator.develop(self.scene.sensors()[0].film(), *image), dtype=np.float64)
+        return np.array(self.integrator.develop(self.sensor.film(), *image), dtype=np.float64)
 
     def passes(self, series: Iterable[Series], advance: Advance) -> Generator[tuple[Pass, float]]:
         """The images of series, and the seconds that their units took, in all."""
@@ -156,7 +173,7 @@ class Camera:
                     yield value[1:].reshape(one.arguments[2])
 
             bands = self._footprint.bands(one.arguments[3])
-            film = self.scene.sensors()[0].film()
+            film = self.sensor.film()
             yield self._footprint.whole(strips(), bands, self.integrator.channels(film)), seconds
 
 
@@ -168,15 +185,15 @@ def table_of(recipe: dict[str, Any]) -> SampleTable:
 def _band(shot: Shot, table: SampleTable | None, shape: tuple[int, ...], spp: int, seed: int, k: int) -> Array:
     """Seconds that it took, then the strip of band k, filled up to `shape`."""
     with _last.lock, one_line_errors():
-        scene, integrator = shot.loaded()
+        scene, sensor, integrator = shot.loaded()
         if table is not None:
             integrator.take(table)
         with _threads():
             if shot.plugin not in _last.compiled:  # the first row of all, not to count the time that it takes
-                integrator.band_means(scene, scene.sensors()[0], seed, spp, range(1))
+                integrator.band_means(scene, sensor, seed, spp, range(1))
                 _last.compiled.add(shot.plugin)
             start = time.perf_counter()
-            strip = integrator.render_band(scene, scene.sensors()[0], seed, spp, k)
+            strip = integrator.render_band(scene, sensor, seed, spp, k)
             seconds = time.perf_counter() - start
     value = np.zeros(1 + math.prod(shape))
     value[0] = seconds

@@ -5,7 +5,7 @@ from __future__ import annotations
 import csv
 import os
 import shlex
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
 from pathlib import Path
@@ -18,12 +18,11 @@ from .._support.checks import positive_int
 from .._support.files import atomic_directory
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, Advance, LocalFile, Pool
-from .._support.version import __version__
 from ..results.equal_error import equal_error_ratio
 from ..results.manifest import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
 from .bands import Camera, Shot, forgetting
 from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
-from .loading import scene_hash, scene_path, use_variant
+from .loading import default_variant, scene_path, use_variant
 from .methods import SOBOL, UNIFORM, Method, Stage, methods_for
 from .render import Image, check_seed, rgb, srgb, write_image
 
@@ -66,6 +65,9 @@ def compare(
     spp: Sequence[int] = (16, 64, 256),
     methods: Sequence[str] | None = None,
     size: tuple[int, int] | None = None,
+    parameters: Mapping[str, str] | None = None,
+    sensor: int = 0,
+    variant: str | None = None,
     seed: int = 0,
     seeds: int = 1,
     jitter: bool = False,
@@ -90,6 +92,8 @@ def compare(
         the domain have.
     size : (int, int), optional
         Width and height in pixels; by default those of the scene.
+    parameters, sensor, variant
+        As in :func:`voroquad.mitsuba.render.render`.
     seed : int
         Seed of everything random. Methods on the same design share their samples.
     seeds : int
@@ -125,17 +129,18 @@ def compare(
     """
     check_seed(seed)
     spp, seeds = sorted({positive_int("spp", n) for n in spp}), positive_int("seeds", seeds)
-    use_variant(domain)
+    use_variant(domain, variant)
     path = scene_path(scene).resolve()
-    shot = Shot(LocalFile(path), mi.variant(), size, "plain", {})
-    stage = Stage(shot.loaded()[0], domain, jitter)
+    shot = Shot(LocalFile(path), mi.variant(), size, "plain", {}, sensor, dict(parameters or {}))
+    loaded, taken, _ = shot.loaded()
+    stage = Stage(loaded, taken, domain, jitter)
     chosen = _chosen(methods_for(stage, spp), methods)
     for method in chosen:
         for n in spp:
             method.check(stage, n)
-    pool.begin({
-        "compare": scene_hash(path), "domain": domain, "spp": spp, "methods": methods, "size": size, "seed": seed,
-        "seeds": seeds, "jitter": jitter, "variant": mi.variant(), "versions": [__version__, mi.__version__],
+    pool.begin(shot.key() | {
+        "command": "compare", "domain": domain, "spp": spp, "methods": methods, "seed": seed, "seeds": seeds,
+        "jitter": jitter,
     })  # fmt: skip
     studio = Studio(shot, stage, pool)
     rounds = reference_rounds(stage, max(spp), seed)
@@ -149,7 +154,7 @@ def compare(
             measure(of_one, reference, developed)
             for of_one in (images[start : start + seeds] for start in range(0, len(images), seeds))
         ]
-        command = _command(scene, out, domain, spp, methods, size, seed, seeds, jitter)
+        command = _command(scene, out, shot, spp, methods, seed, seeds, domain, jitter)
         title = f"{Path(scene).stem}: renderings compared"
         results = Results(title, command, _sections(folder, reference, measured, jitter))
         results.write(folder)
@@ -236,7 +241,7 @@ def reference_rounds(stage: Stage, most: int, seed: int) -> list[_Image]:
     """At least two rounds of Sobol' sets, as large as the wavefront allows."""
     total = REFERENCE_FACTOR * most
     n = total // 2
-    while n % 2 == 0 and n * int(np.prod(stage.scene.sensors()[0].film().crop_size())) > MAX_WAVEFRONT:
+    while n % 2 == 0 and n * int(np.prod(stage.sensor.film().crop_size())) > MAX_WAVEFRONT:
         n //= 2
     return [_Image(SOBOL[0], n, seed, k, of_reference=True) for k in range(total // n)]
 
@@ -423,16 +428,22 @@ def _middle(spp: list[int]) -> int:
 def _command(
     scene: str | os.PathLike[str],
     out: str | os.PathLike[str],
-    domain: str,
+    shot: Shot,
     spp: Sequence[int],
     methods: Sequence[str] | None,
-    size: tuple[int, int] | None,
     seed: int,
     seeds: int,
+    domain: str,
     jitter: bool,
 ) -> str:
+    """The command that makes the same folder."""
     command = ["voroquad", "compare", os.fspath(scene), "-o", os.fspath(out), "--domain", domain]
     command += ["--spp", ",".join(map(str, spp)), "--jitter" if jitter else "--no-jitter", "--seed", str(seed)]
     command += ["--methods", ",".join(methods)] if methods is not None else []
     command += ["--seeds", str(seeds)] if seeds > 1 else []
-    return shlex.join(command + (["--size", f"{size[0]}x{size[1]}"] if size else []))
+    command += ["--size", f"{shot.size[0]}x{shot.size[1]}"] if shot.size else []
+    for name, value in shot.parameters.items():
+        command += ["-D", f"{name}={value}"]
+    command += ["--sensor", str(shot.sensor)] if shot.sensor else []
+    command += ["--variant", shot.variant] if shot.variant != default_variant(domain) else []
+    return shlex.join(command)

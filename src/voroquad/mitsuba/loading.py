@@ -1,19 +1,19 @@
-"""Scenes: where they are, what files they name, their integrators; errors of one line."""
+"""Scenes: where they are, how they are loaded, their sensors and integrators."""
 
 from __future__ import annotations
 
-import hashlib
 import os
 import re
-import xml.etree.ElementTree as ElementTree
-from collections.abc import Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
+import drjit as dr
 import mitsuba as mi
 
-from .._support.checks import positive_int
+from .._support.checks import one_of, positive_int
+from .dependencies import check_nesting
+from .errors import one_line_errors
 
 SCENES = Path(__file__).parent / "scenes"
 VARIANT, SPECTRAL_VARIANT = "llvm_ad_rgb", "llvm_ad_spectral"
@@ -50,56 +50,103 @@ def parse_size(text: str | None) -> tuple[int, int] | None:
     return width, height
 
 
-def use_variant(domain: str = "") -> None:
-    """Set a Mitsuba variant with just-in-time compilation, spectral where the domain needs it, unless one is set."""
-    spectral = "wavelength" in domain.split("+")
-    if mi.variant() is None or mi.variant().startswith("scalar"):
-        mi.set_variant(SPECTRAL_VARIANT if spectral else VARIANT)
+def parse_parameters(texts: Iterable[str]) -> dict[str, str]:
+    """Read the values of a scene's ``$name`` parameters: "name=value" each."""
+    values: dict[str, str] = {}
+    for text in texts:
+        name, equals, value = text.partition("=")
+        if not (name and equals):
+            raise ValueError(f"a parameter of the scene must look like name=value, got {text!r}")
+        if values.setdefault(name, value) != value:
+            raise ValueError(f"parameter {name!r} is given twice: {values[name]!r} and {value!r}; give it once")
+    return values
 
 
-@contextmanager
-def one_line_errors() -> Iterator[None]:
-    """Turn Mitsuba's errors, which carry tracebacks and parser positions, into a ValueError of one line."""
-    try:
-        yield
-    except RuntimeError as error:
-        if "KeyboardInterrupt" in str(error) or isinstance(error.__cause__, KeyboardInterrupt):
-            raise KeyboardInterrupt from None  # it passed through a callback of Mitsuba's
-        raise ValueError(_message(error)) from None
+def default_variant(domain: str) -> str:
+    """The variant that is taken where none is named: spectral for the domain ``wavelength``, else rgb."""
+    return SPECTRAL_VARIANT if "wavelength" in domain.split("+") else VARIANT
 
 
-def _message(error: BaseException) -> str:
-    """The message of the error that started it all."""
-    cause = error.__cause__
-    if cause is not None:
-        return _message(cause)
-    text = str(error)
-    raised = re.findall(r"^\w*(?:Error|Exception): (.*)$", text, re.MULTILINE)
-    text = raised[-1] if raised else re.sub(r"\[\w+\.cpp:\d+\] ", "", text)
-    return " ".join(text.split())
+def use_variant(domain: str = "", variant: str | None = None) -> None:
+    """Set a Mitsuba variant, one with just-in-time compilation.
+
+    Parameters
+    ----------
+    domain : str
+        Where no variant is named or set, the spectral one is taken for the domain ``wavelength``, else the rgb one.
+    variant : str, optional
+        Name of a variant of the installed Mitsuba.
+    """
+    if variant is not None:
+        compiled = [name for name in mi.variants() if not name.startswith("scalar")]
+        chosen = one_of("variant", variant, compiled)
+        if chosen.startswith("cuda") and not dr.has_backend(dr.JitBackend.CUDA):
+            raise ValueError(f"variant {chosen!r} needs an NVIDIA GPU and its driver, and there is none; take 'llvm_…'")
+        mi.set_variant(chosen)
+    elif mi.variant() is None or mi.variant().startswith("scalar"):
+        mi.set_variant(default_variant(domain))
 
 
-def load_scene(scene: str | os.PathLike[str], size: tuple[int, int] | None = None, domain: str = "") -> mi.Scene:
-    """Load a scene, with its film resized to (width, height) if `size` is given.
+def load_scene(
+    scene: str | os.PathLike[str],
+    size: tuple[int, int] | None = None,
+    domain: str = "",
+    *,
+    parameters: Mapping[str, str] | None = None,
+    sensor: int = 0,
+) -> mi.Scene:
+    """Load a scene.
 
-    Where no variant is set, one is that has the `domain`.
+    Parameters
+    ----------
+    scene : str or path
+        Mitsuba XML file, or the name of a built-in scene.
+    size : (int, int), optional
+        Width and height of the sensor's film in pixels, in place of the scene's.
+    domain : str
+        Where no variant is set, one is that has this domain.
+    parameters : mapping of str to str, optional
+        Values of the scene's ``$name`` parameters.
+    sensor : int
+        Number of the sensor that is meant.
 
     Raises
     ------
     ValueError
-        There is no such scene, it is malformed, or it has no sensor.
+        There is no such scene, it is malformed, it lacks the sensor, or the film has no pixels or too many.
     """
     path = scene_path(scene)
     use_variant(domain)
+    check_nesting(path, parameters)
     with one_line_errors():
-        loaded = mi.load_file(str(path))
+        loaded = mi.load_file(str(path), **(parameters or {}))
     if not isinstance(loaded, mi.Scene) or not loaded.sensors():
         raise ValueError(f"{os.fspath(path)!r} describes no scene with a sensor")
+    found = find_sensor(loaded, sensor)
     if size is not None:
-        parameters = mi.traverse(loaded.sensors()[0])
-        parameters["film.size"] = size
-        parameters.update()
+        changed = mi.traverse(found)
+        changed["film.size"] = size
+        changed.update()
+    check_film(found.film())
     return loaded
+
+
+def find_sensor(scene: mi.Scene, number: int) -> mi.Sensor:
+    """The sensor of that number, from 0."""
+    sensors = scene.sensors()
+    if not 0 <= number < len(sensors):
+        raise ValueError(f"sensor must be a whole number from 0 to {len(sensors) - 1}, got {number}")
+    return sensors[number]
+
+
+def check_film(film: mi.Film) -> None:
+    """Raise ValueError for a film with no pixels, or with more than there is memory for."""
+    width, height = (int(n) for n in film.crop_size())
+    if not 0 < width * height <= MOST_PIXELS:
+        raise ValueError(
+            f"the film has {width} x {height} pixels; give the scene's film a width and a height of 1 or more, "
+            f"and {MOST_PIXELS} pixels at most"
+        )
 
 
 def own_integrator(scene: mi.Scene) -> mi.Integrator:
@@ -119,25 +166,3 @@ def make_integrator(kind: str, nested: mi.Integrator, **properties: Any) -> mi.I
     """The plug-in ``plain`` or ``reweighted`` around `nested`."""
     with one_line_errors():
         return mi.load_dict({"type": kind, "nested": nested, **properties})
-
-
-def scene_files(path: Path) -> list[Path]:
-    """An XML scene and the files that it names: textures, meshes, included scenes and theirs."""
-    files = dict.fromkeys([path])
-    for element in ElementTree.parse(path).iter():
-        name = element.get("filename") if element.tag == "include" else None
-        if element.tag == "string" and element.get("name", "").endswith("filename"):
-            name = element.get("value")
-        if not name or not (path.parent / name).is_file():
-            continue
-        found = path.parent / name
-        files |= dict.fromkeys(scene_files(found) if element.tag == "include" else [found])
-    return list(files)
-
-
-def scene_hash(path: Path) -> str:
-    """A hash of a scene and of the files that it names."""
-    digest = hashlib.sha256()
-    for file in scene_files(path):
-        digest.update(hashlib.sha256(file.read_bytes()).digest())
-    return digest.hexdigest()

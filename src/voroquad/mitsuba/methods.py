@@ -17,9 +17,10 @@ from .loading import make_integrator, motion_of, own_integrator
 
 @dataclass(frozen=True)
 class Stage:
-    """What all methods have in common: scene, domain, and whether they sample the pixel's area or its centre."""
+    """What all methods share: scene, sensor, domain, and whether they sample the pixel's area or its centre."""
 
     scene: mi.Scene
+    sensor: mi.Sensor
     domain: str
     jitter: bool
 
@@ -60,8 +61,8 @@ class Method:
         """ValueError if the scene lacks the domain, or the sampler cannot make sets of this size."""
         integrator = stage.integrator(self)
         if self.kind == "reweighted":
-            integrator.check(stage.scene, stage.scene.sensors()[0])
-            integrator.check_samples(stage.scene.sensors()[0], spp)
+            integrator.check(stage.scene, stage.sensor)
+            integrator.check_samples(stage.sensor, spp)
             sample(self.properties["sampler"], spp, integrator.domain.dimension, rng=0)
 
     def makes(self, spp: int) -> bool:

@@ -8,6 +8,7 @@ import math
 import os
 import re
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,10 +21,10 @@ from .._support.checks import one_of, positive_int
 from .._support.files import atomic_path, check_writable
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, LocalFile, Pool
-from .._support.version import __version__
 from .bands import Camera, Shot, forgetting
 from .blend import Floats
-from .loading import one_line_errors, scene_hash, scene_path, use_variant
+from .errors import one_line_errors
+from .loading import scene_path, use_variant
 from .rounds import Rounds
 
 DEFAULT_SPP = 64
@@ -170,9 +171,8 @@ def state_path(out: str | os.PathLike[str]) -> Path:
     return Path(f"{os.fspath(out)}.state.npz")
 
 
-def write_rounds(scene: mi.Scene, integrator: mi.Integrator, rounds: Rounds, out: str | os.PathLike[str]) -> None:
+def write_rounds(film: mi.Film, integrator: mi.Integrator, rounds: Rounds, out: str | os.PathLike[str]) -> None:
     """Write the image so far; as .exr with the channels lambda and variance."""
-    film = scene.sensors()[0].film()
     image = np.array(integrator.develop(film, rounds.image, rounds.mean_lambda), dtype=np.float64)
     names = [field.name for field in film.bitmap(raw=False).struct_()]
     if Path(out).suffix.lower() == ".png":
@@ -203,6 +203,9 @@ def render(
     blend: str = "auto",
     jitter: bool = True,
     size: tuple[int, int] | None = None,
+    parameters: Mapping[str, str] | None = None,
+    sensor: int = 0,
+    variant: str | None = None,
     seed: int = 0,
     per_round: int | None = None,
     seconds: float | None = None,
@@ -226,6 +229,12 @@ def render(
         How long to render, see :class:`Plan`. Each round takes new sample sets.
     size : (int, int), optional
         Width and height in pixels; by default those of the scene.
+    parameters : mapping of str to str, optional
+        Values of the scene's ``$name`` parameters.
+    sensor : int
+        Number of the scene's sensor that takes the image, from 0.
+    variant : str, optional
+        Mitsuba's; by default the current one, or ``llvm_ad_rgb`` (``llvm_ad_spectral`` for the domain ``wavelength``).
     seed : int
         Seed of the tables and of the rendering.
     resume : bool
@@ -255,25 +264,20 @@ def render(
     one_of("image format", Path(out).suffix.lower(), (".exr", ".png"))
     check_writable(out)
     path = scene_path(scene).resolve()
-    use_variant(domain)
+    use_variant(domain, variant)
     settings = {"domain": domain, "sampler": sampler, "order": order, "debias": debias, "weighted": weighted,
                 "blend": blend, "jitter": jitter}  # fmt: skip
-    shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", settings | {"table_seed": seed})
-    loaded, integrator = shot.loaded()
-    integrator.check(loaded, loaded.sensors()[0])
-    integrator.check_samples(loaded.sensors()[0], plan.n)
-    key = settings | {
-        "scene": scene_hash(path),
-        "size": [int(n) for n in loaded.sensors()[0].film().crop_size()],
-        "round": plan.n,
-        "seed": seed,
-        "variant": mi.variant(),
-        "versions": [__version__, mi.__version__],
-    }
+    properties = settings | {"table_seed": seed}
+    shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", properties, sensor, dict(parameters or {}))
+    loaded, camera_sensor, integrator = shot.loaded()
+    integrator.check(loaded, camera_sensor)
+    integrator.check_samples(camera_sensor, plan.n)
+    film = camera_sensor.film()
+    key = settings | shot.key() | {"size": [int(n) for n in film.crop_size()], "round": plan.n, "seed": seed}
 
     rounds = Rounds.load(state_path(out), key) if resume else None
     if rounds is not None:  # perhaps nothing is left to do, and the image was not written
-        write_rounds(loaded, integrator, rounds, out)
+        write_rounds(film, integrator, rounds, out)
     pool.begin(key)
     camera = Camera(shot, pool)
     bands = camera.bands(plan.n)
@@ -297,7 +301,7 @@ def render(
             end = plan.end(rounds, time.monotonic() - start, here)
             if not pool.keeps or time.monotonic() >= next_image or rounds.count == end:
                 begun = time.monotonic()
-                write_rounds(loaded, integrator, rounds, out)
+                write_rounds(film, integrator, rounds, out)
                 next_image = time.monotonic() + PICTURES * (time.monotonic() - begun)
             advance(_progress(rounds), 0, end and end * bands)
     image = rounds.image
