@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from scipy.optimize import isotonic_regression
 
 try:
     import matplotlib as mpl
@@ -115,19 +116,12 @@ def label_line_ends(ax: Axes, x: float, labels: Sequence[LineLabel], *, size: fl
 
 
 def spread(wanted: np.ndarray, gap: float) -> np.ndarray:
-    """Places at least `gap` apart, in the order of the wanted ones and close to them in least squares.
+    """Return places at least `gap` apart, in the order of the wanted ones and closest to them in least squares.
 
-    With places p_k = q_k + k · gap, sorted, q must not decrease: isotonic regression of wanted − k · gap,
-    by pooling neighbours that violate it.
+    With places p_k = q_k + k · gap, sorted, q must not decrease: isotonic regression of wanted − k · gap.
     """
     order = np.argsort(wanted, kind="stable")
-    pools: list[tuple[float, int]] = []  # mean and size
-    for k, value in enumerate(wanted[order]):
-        pools.append((float(value) - k * gap, 1))
-        while len(pools) > 1 and pools[-2][0] > pools[-1][0]:
-            (a, m), (b, n) = pools[-2:]
-            pools[-2:] = [((a * m + b * n) / (m + n), m + n)]
-    monotone = np.concatenate([np.full(n, mean) for mean, n in pools])
+    steps = np.arange(len(wanted)) * gap
     places = np.empty(len(wanted))
-    places[order] = monotone + np.arange(len(wanted)) * gap
+    places[order] = isotonic_regression(wanted[order] - steps).x + steps
     return places
