@@ -1,4 +1,4 @@
-"""From what the command line is given to a pool."""
+"""Make a pool from the options of the command line."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from .on_dask import OnDask
 from .store import Store
 
 HOST = "127.0.0.1"
-#: Seconds in which a scheduler must answer
+#: Seconds within which a scheduler must answer
 ANSWER = 10.0
 
 
@@ -57,7 +57,7 @@ def connected(
             yield InProcess(kept)
         else:
             _silence_dask()
-            # Dask's log of the last messages would hold those of some thousand units
+            # Dask's log of recent messages would keep those of thousands of units
             stack.enter_context(dask.config.set({"distributed.admin.low-level-log-length": 10}))
             client = stack.enter_context(_client(scheduler, workers))
             print(f"voroquad: dashboard {client.dashboard_link}", file=sys.stderr)
@@ -71,7 +71,7 @@ def connected(
 
 
 def _silence_dask() -> None:
-    """No messages, with tracebacks, of lost connections and restarted workers: what matters is raised."""
+    """Silence Dask's tracebacks about lost connections and restarted workers; what matters is raised."""
     for name in logging.root.manager.loggerDict:
         if name.split(".")[0] in ("distributed", "tornado"):
             logging.getLogger(name).setLevel(logging.CRITICAL + 1)
@@ -107,7 +107,7 @@ def _client(scheduler: str | None, workers: int | None) -> Iterator[Client]:
 
 
 def _let_go(error: BaseException | None) -> None:
-    """Collect the client that did not come about now: while another one starts, its end would wait for ever."""
+    """Collect a client whose start failed now: its end would wait for ever while another client starts."""
     while error is not None:
         traceback.clear_frames(error.__traceback__)
         error = error.__cause__ or error.__context__

@@ -1,4 +1,4 @@
-"""Files that travel to the workers, by their contents."""
+"""Files that are sent to the workers, identified by their contents."""
 
 from __future__ import annotations
 
@@ -15,24 +15,24 @@ from .._support.files import atomic_path
 
 @dataclass(frozen=True)
 class SentFile:
-    """A file on a worker, in a folder of its own that is named by the hash of all it came with."""
+    """A file on a worker, in a folder whose name is the hash of everything that was sent with it."""
 
     hash: str
     name: str
 
     @property
     def path(self) -> Path:
-        """Its path on the worker that asks."""
+        """Its path on the current worker."""
         return Path(get_worker().local_directory) / self.hash / self.name
 
 
 class Files(WorkerPlugin):
-    """Writes files on each worker, on those that join later too.
+    """Write files on each worker, also on those that join later.
 
     Parameters
     ----------
     path : Path
-        The file that is meant.
+        The main file.
     others : iterable of Path
         Files that it refers to, below the same folder or anywhere.
     """

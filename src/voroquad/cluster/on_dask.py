@@ -42,7 +42,7 @@ class _Part:
 
 
 class OnDask:
-    """The pool of a Dask cluster; its results are the bits of :class:`voroquad._support.units.InProcess`.
+    """The pool of a Dask cluster; its results have the bits of :class:`voroquad._support.units.InProcess`.
 
     Parameters
     ----------
@@ -60,9 +60,9 @@ class OnDask:
 
     Notes
     -----
-    Dask schedules, retries and moves; here is only what it is asked for. A bounded number of units is in flight at a
-    time, sums of 16 of them are made by workers, and only their order is awaited: the memory of this process does not
-    depend on the number of units.
+    Dask schedules, retries and moves data. A bounded number of units is in flight at a time, workers add 16 of them
+    before they return a sum, and sums are awaited in order. The memory of this process therefore does not depend on the
+    number of units.
     """
 
     def __init__(self, client: Client, store: Store | None = None) -> None:
@@ -81,7 +81,7 @@ class OnDask:
         return self.store is not None
 
     def begin(self, key: dict[str, Any]) -> None:
-        """Ready the store; ValueError if a worker does not see it."""
+        """Open the store; ValueError if a worker does not see it."""
         if self.store is None:
             return
         self.store.begin(key)
@@ -109,7 +109,7 @@ class OnDask:
                 total = TreeSum(add)
 
     def share(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
-        """The future value; Dask carries it to each worker that needs it, once."""
+        """The future value; Dask sends it to each worker that needs it, once."""
         with self._clear_errors():
             return self.client.submit(function, *arguments, retries=RETRIES)
 
@@ -145,13 +145,15 @@ class OnDask:
                 self.client.cancel([future for part in flying for future in (*part.units, part.value)])
 
     def _submit(self, series: Iterable[Series], size: int, add: Add) -> Iterator[_Part]:
-        run = uuid.uuid4().hex[:8]  # Dask takes one key for one value, and series of other runs may have these names
+        run = uuid.uuid4().hex[
+            :8
+        ]  # Dask identifies values by keys; series of other runs may have the same names
         for one in series:
             if self.store is not None:
                 self.store.open(one)
             for start in range(0, one.count, size):
                 numbers = range(start, min(start + size, one.count))
-                # Arguments of their own, for Dask to put the values of futures in their places
+                # As separate arguments, so that Dask replaces futures by their values
                 units = [
                     self.client.submit(
                         _unit, self.store, one.name, one.shape, one.function, k, *one.arguments,
@@ -163,7 +165,7 @@ class OnDask:
                 yield _Part(one, units, whole, numbers.stop == one.count)
 
     def _result(self, part: _Part, done: _Progress) -> Array:
-        """The value of a part, once it is there."""
+        """The value of a part, when it is there."""
         alone = 0.0
         while True:
             done.report()
@@ -229,7 +231,7 @@ class _Progress:
 
     def __init__(self, advance: Advance) -> None:
         self._advance = advance
-        self._done: deque[str] = deque()  # its callbacks run on a thread of Dask's
+        self._done: deque[str] = deque()  # callbacks run on a thread of Dask
 
     def watch(self, part: _Part) -> None:
         """Count the units of a part as they finish."""
@@ -237,7 +239,7 @@ class _Progress:
             unit.add_done_callback(lambda _, name=part.series.name: self._done.append(name))
 
     def report(self) -> None:
-        """Say what finished since the last time."""
+        """Report what finished since the last time."""
         if steps := len(self._done):
             names = [self._done.popleft() for _ in range(steps)]
             self._advance(names[-1], steps)

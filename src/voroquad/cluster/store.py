@@ -31,17 +31,17 @@ class Store:
 
     Notes
     -----
-    A chunk is there whole or not at all, and has a checksum: a damaged one counts as not finished.
+    A chunk is written whole or not at all and has a checksum. A damaged one counts as not finished.
     """
 
     def __init__(self, url: str) -> None:
         self._files, self._path = url_to_fs(url)
-        # Zarr replaces the files of a path whole, but not those of a file:// URL
+        # Zarr replaces files atomically for a path, but not for a file:// URL
         self.url = self._path if isinstance(self._files, LocalFileSystem) else url
         self._token = ""
 
     def begin(self, key: dict[str, Any]) -> None:
-        """Take the units of a run with these settings, of strings, numbers, lists and None.
+        """Open the store for a run with these settings, which are strings, numbers, lists and None.
 
         Raises ValueError if the folder holds units of other settings, or something else, and OSError if it cannot be
         read or written.
@@ -60,7 +60,7 @@ class Store:
             )
 
     def _settings(self) -> dict[str, Any] | None:
-        """Those of the run whose units are kept; None if there is nothing yet."""
+        """The settings of the run whose units are kept; None if there are none yet."""
         with self._told():
             if not self._files.exists(self._path) or not self._files.ls(self._path):
                 return None
@@ -85,7 +85,7 @@ class Store:
             )
 
     def exists(self) -> bool:
-        """Whether the store is seen from here: the very one, not another of its name."""
+        """Whether the store itself is visible from here, and not another one of its name."""
         try:
             return (self._settings() or {}).get("store") == self._token
         except (ValueError, OSError):
@@ -110,12 +110,12 @@ class Store:
             _array(self.url, series)[k] = value
 
     def resumable(self, what: str) -> str:
-        """What went wrong and how to go on."""
+        """What went wrong and how to resume."""
         return f"{what}; finished units are kept in {self.url}: the same command goes on from there"
 
     @contextmanager
     def _told(self, what: str = "the store") -> Iterator[None]:
-        """File systems have errors of many kinds: of theirs, one that says how to go on."""
+        """Turn the many errors of file systems into one that says how to resume."""
         try:
             yield
         except ValueError:

@@ -1,1 +1,1 @@
-"""The explorer: sample sets, cells, weights and their errors, to play with in a browser."""
+"""The explorer: sample sets, cells, weights and their errors, interactive in a browser."""

@@ -25,7 +25,7 @@ from .rules import SAMPLERS, WEIGHTS, method, offered
 LARGEST_SET = 4096
 _FIRST_N = {1: 20, 2: 64}
 
-#: Widgets live in shadow trees, out of reach of the page's style sheet but for its custom properties
+#: Widgets are in shadow trees, where only the custom properties of the page's style sheet apply
 _STYLE = """
 :host {
   --color: var(--ink); --background-color: var(--field); --border-color: var(--line); --border-radius: 6px;
@@ -62,7 +62,7 @@ def widget(kind: type[Widget], **settings: Any) -> Any:
     return kind(sizing_mode="stretch_width", stylesheets=[_STYLE], **settings)
 
 
-# Spinners have no limits of their own: beyond them, Bokeh would keep the old value and say nothing
+# No limits on spinners: beyond them, Bokeh would silently keep the old value
 
 
 class ProblemControls:

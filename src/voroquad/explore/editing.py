@@ -16,15 +16,15 @@ from ..designs.sampling import SampleSet, sample
 from .controls import LARGEST_SET, EditControls
 from .edits import EditedSet
 
-#: How near the pointer must come to a sample, in units of the box
+#: Largest distance at which the pointer catches a sample, in units of the box
 _REACH = 0.04
-#: Pause before a drag is answered, in which further moves are gathered: part of the last answer's time, milliseconds
+#: Pause in milliseconds before a drag is answered, to gather further moves: a part of the time of the last answer
 _PAUSE, _SHORTEST, _LONGEST = 1 / 8, 1, 30
 _MOVE, _ADD, _REMOVE = range(3)
 
 
 class Editing:
-    """The samples on the screen and the hands on them.
+    """The samples on the screen, and how they are edited.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class Editing:
     changed : callable
         Called when a sample was moved, added or removed.
     refused : callable
-        Called with a message where that cannot be.
+        Called with a message where that is not possible.
 
     Attributes
     ----------
@@ -65,7 +65,7 @@ class Editing:
 
     @property
     def dragging(self) -> bool:
-        """Whether a sample is in the hand."""
+        """Whether a sample is being dragged."""
         return self._grabbed is not None
 
     def take(self, drawn: SampleSet) -> None:
@@ -77,7 +77,7 @@ class Editing:
     # ------------------------------------------------------------------ the pointer
 
     def _listen(self, plot: figure) -> None:
-        # A pointer that rests before it moves is no Pan to Bokeh but a Press, with MouseMoves
+        # Bokeh reports a pointer that rests before it moves as a Press with MouseMoves, not as a Pan
         for event in (PanStart, Press):
             plot.on_event(event, self._grab)
         for event in (Pan, MouseMove):
@@ -103,7 +103,7 @@ class Editing:
             self._document.add_timeout_callback(self._follow, pause)
 
     def _follow(self) -> None:
-        """Put the sample in the hand where the pointer is."""
+        """Move the dragged sample to the pointer."""
         target, self._target = self._target, None
         if target is None or self._grabbed is None:
             return

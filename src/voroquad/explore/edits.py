@@ -10,12 +10,12 @@ from ..designs.sampling import SampleSet, as_sample_set
 Array = NDArray[np.float64]
 
 _BELOW_ONE = np.nextafter(1.0, 0.0)
-#: What the `origin` of a point is that somebody added.
+#: The `origin` of an added point.
 ADDED = -1
 
 
 class EditedSet:
-    """The points of a drawn set with what was done to them since.
+    """A drawn set with all edits since.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class EditedSet:
 
     @property
     def edited(self) -> bool:
-        """Whether anything was done."""
+        """Whether anything was edited."""
         return bool(len(self) != self.drawn.n or (self.points != self.drawn.points).any())
 
     def nearest(self, place: Array, within: float) -> int | None:
@@ -50,7 +50,7 @@ class EditedSet:
         return nearest if squares[nearest] <= within**2 else None
 
     def move(self, index: int, place: Array) -> None:
-        """Put a point elsewhere; places (d,) beyond the box mean its border."""
+        """Move a point; places (d,) beyond the box are moved to its border."""
         self.points[index] = np.clip(place, 0.0, _BELOW_ONE)
 
     def add(self, place: Array) -> int:
@@ -60,7 +60,7 @@ class EditedSet:
         return len(self) - 1
 
     def remove(self, index: int) -> None:
-        """Remove a point; the last one stays."""
+        """Remove a point. The last one cannot be removed."""
         if len(self) == 1:
             raise ValueError("a sample set needs a point: add one before you remove the last")
         self.points = np.delete(self.points, index, axis=0)
@@ -72,7 +72,7 @@ class EditedSet:
         Raises
         ------
         ValueError
-            The points are no longer such a set, as where a stratum lost its point.
+            The points are no longer such a set, for example because a stratum lost its point.
         """
         if not self.edited:
             return self.drawn

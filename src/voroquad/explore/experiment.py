@@ -14,12 +14,12 @@ from ..study.convergence import Measurement, Method, measurement, powers_of_two
 from ..study.integrand import Integrand
 from ..study.moments import Moments
 
-#: Evaluations of a batch: milliseconds for most rules, a third of a second for order 8.
+#: Evaluations of a batch. It takes milliseconds for most rules, a third of a second for order 8.
 _BATCH = 4096
-#: Where a histogram or an MSE ends: at so many sets, or evaluations.
+#: Number of sets, or of evaluations, at which a histogram or an MSE ends.
 MOST_SETS = 20_000
 MOST_EVALUATIONS = 2**21
-#: Batches of a histogram for one of each size of MSE against N.
+#: Batches of a histogram for each batch of a size of MSE against N.
 _HISTOGRAMS_FIRST = 8
 #: The largest N of the plot of MSE against N.
 LARGEST_N = 1024
@@ -28,7 +28,7 @@ LARGEST_N = 1024
 class Replicates:
     """Errors of one method on one integrand, from batches of independent sets.
 
-    Batch k is drawn with the seed [seed, n, k]: how many there are tells all of the numbers.
+    Batch k is drawn with the seed [seed, n, k]: the number of batches determines all numbers.
     """
 
     def __init__(self, method: Method, integrand: Integrand, n: int, seed: int):
@@ -46,7 +46,7 @@ class Replicates:
 
     @property
     def complete(self) -> bool:
-        """Whether there are as many sets as there will be."""
+        """Whether the largest number of sets is reached."""
         sets = len(self.batches) * self.sets_per_batch
         return sets >= MOST_SETS or sets * self.n >= MOST_EVALUATIONS
 
@@ -77,7 +77,7 @@ class Experiment:
     Attributes
     ----------
     still : threading.Lock
-        Who holds it sees numbers that do not change, whatever thread runs the experiment.
+        While it is held the numbers do not change, whichever thread runs the experiment.
     """
 
     def __init__(self, methods: Sequence[Method], integrand: Integrand, n: int, seed: int):
@@ -92,7 +92,7 @@ class Experiment:
         return all(r.complete for r in self._everything())
 
     def run(self, seconds: float, clock: Callable[[], float] = time.perf_counter) -> None:
-        """Add batches in turn, to those with the fewest, until the time is up: one at least."""
+        """Add batches in turn, to those with the fewest, until the time is up; at least one."""
         end = clock() + seconds
         while waiting := [r for r in self._everything() if not r.complete]:
             with self.still:

@@ -1,4 +1,4 @@
-"""One browser's explorer: what is on the screen, and what changes it."""
+"""The explorer in one browser: what it shows, and what changes it."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from .python_code import python_code
 from .rules import weigh
 from .tables import estimate_table, statistics_table
 
-#: Milliseconds between looks at the experiment, and how long it then computes
+#: Milliseconds between updates of the experiment, and how long each computes
 _PERIOD = 150
 _SLICE = 0.06
 
@@ -126,7 +126,7 @@ class Explorer:
             self.readings.message.text = text
 
     def _set(self, act: Callable[[], None]) -> None:
-        """Change widgets without being told of it."""
+        """Change widgets without events."""
         self._setting = True
         try:
             act()
@@ -218,7 +218,7 @@ class Explorer:
         self.readings.code.text = python_code(self.problem, method, edited, self.seed, histograms)
 
     def _copy(self) -> None:
-        """Bring numbers and program up to date; the page copies it when it sees the count in `tags`."""
+        """Update numbers and program; the page copies the program when the count in `tags` changes."""
         if self.experiment is not None:
             with self.experiment.still:
                 self._show_experiment(self.experiment)
@@ -229,13 +229,13 @@ class Explorer:
     # ------------------------------------------------------------------ many sets
 
     def _start_over(self) -> None:
-        """Show what is chosen, and forget the errors of what was."""
+        """Show the new choice, and discard the errors of the old one."""
         self.experiment = None
         self._refresh()
         self._restart()
 
     def _restart(self) -> None:
-        """Begin the experiment of what is chosen."""
+        """Start the experiment of the current choice."""
         n, methods = self.drawn.n, [rule.method for rule in self.rules]
         for method in methods:
             sample(method.design, n, self.d, rng=self.seed)  # not every design has sets of every N

@@ -1,4 +1,4 @@
-"""What is integrated: the study's integrands, or a formula that somebody types."""
+"""The integrands: those of the study, or a typed formula."""
 
 from __future__ import annotations
 
@@ -17,21 +17,21 @@ from ..study.integrand import Integrand
 Array = NDArray[np.float64]
 
 PRESETS: dict[int, tuple[Integrand, ...]] = {1: INTEGRANDS_1D, 2: INTEGRANDS_2D}
-#: The one to begin with in each dimension.
+#: The first integrand shown in each dimension.
 FIRST = {1: "talk", 2: "smooth-2d"}
 #: Name of every integrand that is a typed formula.
 TYPED = "formula"
 #: Points of the unit box at which a typed formula must be finite.
 _CHECKED = 4096
-#: A twentieth of a second or so on each formula; the error estimate says what it was good for.
+#: About a twentieth of a second for each formula; the error estimate shows how accurate the result is.
 _SUBDIVISIONS = 100
-#: An integral with a larger error than this part of the mean of |f| is not believed.
+#: An integral whose error is a larger part of the mean of |f| is refused.
 _DOUBTFUL = 0.05
 
 
 @dataclass(frozen=True)
 class Problem:
-    """An integrand and how well its integral is known.
+    """An integrand and the accuracy of its integral.
 
     Parameters
     ----------
@@ -46,7 +46,7 @@ class Problem:
 
     @property
     def typed(self) -> bool:
-        """Whether somebody typed it: ``integrand.formula`` is then the text."""
+        """Whether it is a typed formula: ``integrand.formula`` is then the text."""
         return self.integrand.name == TYPED
 
 
@@ -56,7 +56,7 @@ def preset(name: str, d: int) -> Problem:
 
 
 def typed(text: str, d: int) -> Problem:
-    """The formula as integrand; its integral by adaptive cubature.
+    """The integrand of a formula, with its integral by adaptive cubature.
 
     Parameters
     ----------
@@ -68,7 +68,7 @@ def typed(text: str, d: int) -> Problem:
     Raises
     ------
     ValueError
-        The text is no formula, or its values are not finite.
+        The text is not a formula, or its values are not finite.
     """
     of_rows = compile_expression(text, d)
 

@@ -1,4 +1,4 @@
-"""The samples with what they stand for, the integrand, and the bias function."""
+"""Pictures of samples with their cells, of the integrand, and of the bias function."""
 
 from __future__ import annotations
 
@@ -35,15 +35,15 @@ Corners = list[list[float]]
 _CURVE = np.linspace(0, 1, 1001)
 #: Pixels along a side of images
 _PIXELS = 160
-#: So many samples are drawn with outlines, which stand out on every colour; more are plain dots
+#: Up to this many samples are drawn with outlines, which are visible on every colour; more are plain dots
 _OUTLINED = 400
 _OUTLINE = {"fill_color": "#16181b", "line_color": "#ffffff"}
 _PLAIN = {"fill_color": MUTED, "line_color": None}
-#: As far as a point may reach, in widths of the picture
+#: How far the mark of a sample may reach, in widths of the picture
 _POINT = 0.03
-#: Part of the cells that may be drawn over others before all are drawn anew
+#: Fraction of the cells that may be drawn over others before all are drawn again
 _MOST_ABOVE = 1 / 8
-#: End of the scale of weights, in fair shares, as in the study's figures
+#: End of the scale of weights, in units of 1/N, as in the figures of the study
 _HEAVIEST = 3.0
 _SHARES = [0, 0.5, 1, 2, 3]
 
@@ -89,14 +89,14 @@ class CellsSquare:
     """d = 2: samples in their Voronoi cells, coloured by weight.
 
     Bokeh paints the level "overlay" on a canvas of its own. Cells that differ from those below are drawn there, over
-    them: they fill the same place together. So a drag among a thousand samples paints some ten cells, not all.
+    them; together they fill the same area. A drag among a thousand samples therefore paints about ten cells, not all.
     """
 
     def __init__(self) -> None:
         self.figure = new_plot("square", x_range=Range1d(0, 1), y_range=Range1d(0, 1), aspect_ratio=0.93)
         mapper = diverging_mapper("square-shares", 0, _HEAVIEST)
         self._below = self._layer("glyph", mapper)
-        # Of its own: a mapper that colours something has its colour bar, and with it the whole plot, laid out anew
+        # A separate mapper: a change of the other would lay out its colour bar and the whole plot again
         self._above = self._layer("overlay", diverging_mapper("square-shares-above", 0, _HEAVIEST))
         _add_color_bar(self.figure, mapper, "weight of a sample, N w", FixedTicker(ticks=_SHARES))
 
@@ -119,7 +119,7 @@ class CellsSquare:
             self._below.data = _rows(range(n), xs, ys, points, shares)
             _set_detail(self.figure, n)
             changed = []
-        # Points may reach into cells of others: those that could are drawn again, without their cells
+        # The marks of samples may reach into other cells: those that could are drawn again, without their cells
         overlaid = _within(points, points[changed], _POINT)
         above = set(changed)
         xs, ys = ([corners[k] if k in above else [] for k in overlaid] for corners in (xs, ys))
@@ -167,7 +167,7 @@ class BiasInterval:
         self.figure.xaxis.axis_label = "x"
 
     def show(self, design: str, n: int) -> str:
-        """Draw G of n samples and say in a line what is to be seen."""
+        """Draw G of n samples and describe it in one line."""
         if design not in BIAS_DESIGNS:
             self._curve.data = {"x": [], "g": []}
             return _no_formula(design)
@@ -186,7 +186,7 @@ class BiasSquare:
         _add_color_bar(self.figure, mapper, "G(x, y)", FixedTicker(ticks=[0.25, 0.5, 0.75, 1, 1.25, 1.5, 1.75]))
 
     def show(self, design: str, n: int) -> str:
-        """Draw G of n samples and say in a line what is to be seen."""
+        """Draw G of n samples and describe it in one line."""
         if design not in BIAS_DESIGNS:
             self._image.data = {"image": []}
             return _no_formula(design)
@@ -220,7 +220,7 @@ def _points(plot: figure, x: str, y: str, source: ColumnDataSource, level: str =
 
 
 def _set_detail(plot: figure, n: int) -> None:
-    """Outlines of n cells and points where there is room for them."""
+    """Outlines of n cells and points if there is room for them."""
     few = n <= _OUTLINED
     for glyph in (renderer.glyph for renderer in plot.renderers):
         if isinstance(glyph, Scatter):

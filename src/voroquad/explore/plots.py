@@ -39,7 +39,7 @@ class Histograms:
         return plot
 
     def show(self, replicates: Sequence[Replicates]) -> None:
-        """Draw what the replicates hold."""
+        """Draw the errors of the replicates."""
         errors = [e[np.isfinite(e)] for e in (r.errors for r in replicates)]
         widest = max((3.5 * math.sqrt((e**2).mean()) for e in errors if len(e)), default=0.0) or 1e-15
         if not 0.7 < widest / self._range.end < 1.3:  # a steady scale is easier to watch

@@ -1,4 +1,4 @@
-"""What is on the screen as a Python program that prints the same numbers."""
+"""A Python program that prints the numbers on the screen."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def numpy_source(formula: str) -> str:
 
 
 def _is_constant(tree: ast.AST) -> bool:
-    """Whether no variable is in a formula."""
+    """Whether a formula has no variable."""
     functions = {id(node.func) for node in ast.walk(tree) if isinstance(node, ast.Call)}
     names = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and id(node) not in functions}
     return names <= CONSTANTS.keys()

@@ -23,7 +23,7 @@ WEIGHTS = {
     "leave-one-out": "leave-one-out",
 }
 
-#: Of sets without strata: above it, weights of a thousand samples in the plane take seconds, too long to follow a hand
+#: Highest order for sets without strata: above, weights of a thousand samples take seconds, too long for a drag
 HIGHEST_ORDER = 3
 
 _TITLES = {"regular": "regular grid", "sobol": "Sobol'", "halton": "Halton", "zero-two": "(0,2)-sequence"}
@@ -32,7 +32,7 @@ SAMPLERS = {design: _TITLES.get(design, design) for design in DESIGNS}
 
 
 def offered(design: str, d: int) -> dict[str, list[int]]:
-    """The weights that a set of that design can have, each with those of its orders that can follow a hand."""
+    """The weights that a set of that design can have, each with those of its orders that are fast enough for a drag."""
     probe = SampleSet(np.full((1, d), 0.5), design, (1,) * d if DESIGNS[design].gridded else None)
     orders = {
         weights: sorted(
@@ -66,7 +66,7 @@ def weigh(chosen: Method, edited: EditedSet) -> NDArray[np.float64]:
     Raises
     ------
     ValueError
-        The points no longer are what the rule is for.
+        The points are no longer such as the rule needs.
     """
     samples = edited.samples(chosen.design if needs_design(chosen) else None)
     return chosen.weights(samples)

@@ -31,7 +31,7 @@ from tornado.web import ErrorHandler, OutputTransform
 
 LOOPBACK = "127.0.0.1"
 
-#: The page takes everything from here, talks to nobody else and stands in nobody's frame
+#: The page loads everything from this server, sends nothing elsewhere and cannot be shown inside a frame
 _POLICY = (
     "default-src 'self'; script-src 'self' 'unsafe-inline'; style-src 'self' 'unsafe-inline'; "
     "img-src 'self' data:; frame-ancestors 'none'; form-action 'none'; base-uri 'none'"
@@ -39,7 +39,7 @@ _POLICY = (
 
 
 class ExplorerServer:
-    """An explorer to talk to; ``serve`` runs one until it is interrupted.
+    """A server of the explorer; ``serve`` runs one until it is interrupted.
 
     Parameters
     ----------
@@ -59,7 +59,7 @@ class ExplorerServer:
 
     @property
     def url(self) -> str:
-        """Where the page is."""
+        """The address of the page."""
         return f"http://{LOOPBACK}:{self.port}/"
 
     def run(self) -> None:
@@ -77,8 +77,8 @@ class ExplorerServer:
 
 def serve() -> None:
     """Serve the explorer on a free port of this machine until Ctrl-C."""
-    logging.getLogger("bokeh").setLevel(logging.ERROR)  # a closed page is no news
-    os.environ.setdefault("VOROQUAD_NUM_THREADS", "1")  # sets are small, and the browser has work to do too
+    logging.getLogger("bokeh").setLevel(logging.ERROR)  # closed pages are not logged
+    os.environ.setdefault("VOROQUAD_NUM_THREADS", "1")  # sets are small, and the browser needs a processor too
     server = ExplorerServer()
     print(f"{server.url}  (Ctrl-C ends it)", flush=True)
     try:
@@ -90,9 +90,9 @@ def serve() -> None:
 class _OwnPageOnly(BokehTornado):
     """Refuses every request that does not come from the page that this server served.
 
-    A page of another site can make a browser on this machine send requests here. Its Origin tells it; a name of
-    its own that resolves to this machine shows in Host. Bokeh looks at the Origin of web sockets alone, and an
-    environment variable could talk it out of that.
+    A page of another site can make a browser on this machine send requests here. Its Origin shows this, and
+    Host shows another name that resolves to this machine. Bokeh checks the Origin of web sockets only, and an
+    environment variable could disable that.
     """
 
     def __init__(self, applications: dict[str, Application], hosts: set[str]):
@@ -101,7 +101,7 @@ class _OwnPageOnly(BokehTornado):
         self.add_transform(_Headers)
 
     def find_handler(self, request: HTTPServerRequest, **kwargs: Any) -> HTTPMessageDelegate:
-        """The handler of a request, or one that says 403."""
+        """The handler of a request, or one that answers 403."""
         delegate: HTTPMessageDelegate = (
             super().find_handler(request, **kwargs)
             if self._own(request)
@@ -110,12 +110,12 @@ class _OwnPageOnly(BokehTornado):
         return delegate
 
     def new_connection(self, protocol: Protocol, socket: WSHandler, *arguments: Any) -> ServerConnection:
-        """A connection whose messages leave at once: else each waits for the browser's acknowledgement of another."""
+        """A connection that sends messages at once; otherwise each waits for the acknowledgement of the one before."""
         socket.set_nodelay(True)
         return super().new_connection(protocol, socket, *arguments)
 
     def resources(self, absolute_url: str | bool | None = None) -> Resources:
-        """Scripts from this server, whatever BOKEH_RESOURCES says."""
+        """Scripts come from this server, whatever BOKEH_RESOURCES is."""
         return Resources(mode="server", root_url="/", path_versioner=None)
 
     def _own(self, request: HTTPServerRequest) -> bool:

@@ -1,4 +1,4 @@
-"""One look for all plots: colours that read on white and on black, and figures without furniture."""
+"""One style for all plots: colours that are readable on white and on black, and figures without decoration."""
 
 from __future__ import annotations
 
@@ -9,12 +9,12 @@ import numpy as np
 from bokeh.models import LinearColorMapper
 from bokeh.plotting import figure
 
-#: The two rules that are compared, told apart by all common kinds of colour vision
+#: Colours of the two rules, which are distinct under all common kinds of colour vision
 RULE_COLORS = ("#d9730d", "#3a8fc7")
 MUTED = "#7d828b"
 WARNING = "#c2185b"
 
-# From few through the fair share to much: violet, paper, orange. The middle is the colour of the page.
+# From small weights through 1/N to large ones: violet, the colour of the page, orange.
 _LIGHT = ("#542788", "#998ec3", "#f7f7f7", "#f1a340", "#b35806")
 _DARK = ("#c3b1f0", "#7b61b5", "#24272c", "#b86a1c", "#ffb75e")
 _COLORS = 256

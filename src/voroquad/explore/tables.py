@@ -39,7 +39,7 @@ def statistics_table(experiment: Experiment, slopes: Sequence[float | None]) -> 
 
 
 def number(value: float, digits: int) -> str:
-    """A number to be read: 0.0123, −4.5·10⁻⁷.
+    """A number for people to read: 0.0123, −4.5·10⁻⁷.
 
     Examples
     --------

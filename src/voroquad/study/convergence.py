@@ -1,4 +1,4 @@
-"""Mean squared error against N: which (design, weights) gets what from N evaluations."""
+"""Mean squared error against N for pairs of a design and weights."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ METHODS_2D = (
 
 @dataclass(frozen=True)
 class Measurement:
-    """What one method made of one integrand with n samples, over independent replicates."""
+    """The errors of one method on one integrand with n samples, over independent replicates."""
 
     integrand: str
     method: Method
@@ -100,8 +100,8 @@ def measure(
 ) -> list[Measurement]:
     """MSE of every method on every integrand at every size.
 
-    Methods of one design see the same sample sets, and so do all integrands: differences between
-    them are then far better known than their values.
+    Methods of one design use the same sample sets, and so do all integrands. Differences between them are therefore
+    known far better than their values.
 
     Parameters
     ----------
@@ -150,7 +150,7 @@ def fit_slope(measurements: Sequence[Measurement], n_from: int = 64) -> Slope:
     return Slope(float(c @ np.log(mse)), float(np.sqrt(c**2 @ relative**2)), fitted[0].n, fitted[-1].n)
 
 
-#: Of a unit: seconds of work, or some tenths where the sets are smallest
+#: Samples of a unit of work: this takes seconds, or tenths of a second for the smallest sets
 UNIT_POINTS, UNIT_SETS = 2**22, 2**17
 _BATCH_POINTS = 2**20  # keeps a batch of sets within 50 MB
 

@@ -21,7 +21,7 @@ COLORS = (BLUE, GREEN, VERMILION)
 
 THREE_SETS = 100_000
 POSITIONS = np.array([1, 2, 3]) / 4  # E x_(i) = i / (n + 1)
-WEIGHTS = np.array([3, 2, 3]) / 8  # a half spacing to each side, a whole one at an end; a spacing's mean is ¼
+WEIGHTS = np.array([3, 2, 3]) / 8  # half a spacing on each side, a whole one at an end; the mean of a spacing is ¼
 
 
 def draw_three(rng: np.random.Generator) -> Drawing:

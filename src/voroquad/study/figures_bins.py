@@ -1,4 +1,4 @@
-"""One-dimensional integration with 20 samples: the bin that each sample stands for (the talk's four pictures)."""
+"""One-dimensional integration with 20 samples: the bin that each sample represents (the talk's four pictures)."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ REPETITIONS = 10_000
 
 @dataclass(frozen=True)
 class Binning:
-    """Sample positions and the intervals they stand for, each a rectangle of height f."""
+    """Sample positions and the intervals that they represent, each a rectangle of height f."""
 
     title: str
     x: Array  # (n,)

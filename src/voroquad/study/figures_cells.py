@@ -1,4 +1,4 @@
-"""Two-dimensional sample sets and the cells that their samples stand for."""
+"""Two-dimensional sample sets and the cells of their samples."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from ..results.style import INK, house_style, new_figure
 from .drawing import Drawing
 
 SAMPLES = 100
-_HEAVIEST = 3.0  # end of the colour scale, in fair shares
+_HEAVIEST = 3.0  # end of the colour scale, in units of 1/N
 
 
 def draw_cells(rng: np.random.Generator) -> Drawing:

@@ -34,7 +34,7 @@ Row = Mapping[str, Any]
 
 
 def draw_ratios(d: int, rows: Sequence[Row], instances: int) -> Drawing:
-    """Both for one dimension, from rows with the columns of ``genz-ratios.csv``."""
+    """Both figures for one dimension, from rows with the columns of ``genz-ratios.csv``."""
     peers = list(dict.fromkeys(row["peer"] for row in rows))
     sizes = sorted({row["n"] for row in rows})
     styles = _styles(peers)

@@ -29,17 +29,17 @@ from .genz import FAMILIES, instances
 from .moments import Moments, add_packed
 from .peers import OURS, PEERS, Rule
 
-#: What is measured of an unfinished run, in its folder.
+#: File in the results folder that keeps the measurements of an unfinished run.
 UNFINISHED = "genz-unfinished.json"
 #: Replicates of a unit of work
 _REPLICATES_OF_A_UNIT = 5
-_TIMES = 3  # of which the fastest counts
-_ROUNDING = 2.0**-50  # of the mean of |f|, and less, is no error
+_TIMES = 3  # the fastest call counts
+_ROUNDING = 2.0**-50  # relative to the mean of |f|: smaller errors count as rounding
 
 
 @dataclass(frozen=True)
 class Cell:
-    """What a rule made of n evaluations in d dimensions.
+    """The errors of a rule with n evaluations in d dimensions.
 
     Mean squared errors and their standard errors have an entry per integrand, family by family.
     """
@@ -54,7 +54,7 @@ class Cell:
 
 @dataclass(frozen=True)
 class Settings:
-    """What cells must share to be compared."""
+    """What must be equal for cells to be comparable."""
 
     replicates: int
     instances: int
@@ -83,8 +83,8 @@ def run_genz(
     Parameters
     ----------
     out : path
-        Folder; its entries change only once everything is measured. Until then it holds
-        ``genz-unfinished.json``, from which the same call goes on after an interruption.
+        Folder; its entries change only when everything is measured. Until then it holds ``genz-unfinished.json``;
+        after an interruption, the same call resumes from this file.
     dimensions : sequence of int
         Each from 1 to 8.
     max_n : int
@@ -297,7 +297,7 @@ def _join(a: Array, b: Array) -> Array:
 
 
 def _cells(store: _Store, work: Sequence[Work], settings: Settings, pool: Pool, advance: Advance) -> Iterator[Cell]:
-    """The cells as they were measured before, or now."""
+    """The cells, from an earlier run where it measured them."""
     missing = [one for one in work if store.get(*one) is None]
     measured = measure(missing, settings, pool, advance)
     for rule, d, n in work:
@@ -316,7 +316,7 @@ def _log_mse(cell: Cell, settings: Settings) -> NDArray[np.float64]:
 
 
 class _Store:
-    """Cells that are measured, in a file that is whole at any time."""
+    """Measured cells, in a file that is always complete."""
 
     def __init__(self, path: Path, settings: Settings):
         self.path = path

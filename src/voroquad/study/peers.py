@@ -16,7 +16,7 @@ from ..integrals.integrand import IntegrationWarning
 from ..integrals.quad import quad
 from .integrand import Array, Integrand
 
-#: Randomised sets that a rule takes the mean of, as qmc_quad does by default.
+#: Number of randomised sets whose mean a rule takes, as qmc_quad does by default.
 REPLICATES = 8
 
 #: Estimates (functions,), and the evaluations of each function that they took.
@@ -74,7 +74,7 @@ def voroquad(functions: Sequence[Integrand], n: int, rng: np.random.Generator) -
     """vq.quad with all its defaults; the functions are the components of one integrand."""
     d = functions[0].d
     with warnings.catch_warnings():
-        warnings.simplefilter("ignore", IntegrationWarning)  # of edges, which are meant to be there
+        warnings.simplefilter("ignore", IntegrationWarning)  # edges of the integrands are intended
         result = quad(lambda x: np.stack([f(x) for f in functions]), np.zeros(d), np.ones(d), n_points=n, rng=rng)
     return result.integral, result.n_evaluations
 
@@ -92,7 +92,7 @@ def qmc_quad(f: Integrand, n: int, rng: np.random.Generator, engine: Callable[..
 
 
 def cubature(f: Integrand, n: int, rng: np.random.Generator) -> tuple[float, int]:
-    """scipy.integrate.cubature, which halves the worst box along each axis: as often as n evaluations allow."""
+    """scipy.integrate.cubature, which halves the worst box along each axis, as often as n evaluations allow."""
     calls = 0
 
     def counted(x: Array) -> Array:

@@ -1,4 +1,4 @@
-"""The whole study: every figure from a real run, with its numbers, into one folder."""
+"""The study: all figures with their numbers, from a real run, in one folder."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ def run_study(
     Parameters
     ----------
     out : path
-        Folder; it appears, or its entries change, only once everything is done.
+        Folder; it appears, or its entries change, only when everything is done.
     replicates : int
         Independent sample sets behind every mean squared error at N > 512; twice as many at
         smaller N.
@@ -58,7 +58,7 @@ def run_study(
     seed : int
         Seed ≥ 0 of all random numbers.
     pool : Pool
-        What computes the units of work, such as :class:`voroquad.cluster.OnDask`; the results are the same bits.
+        What computes the units of work, such as :class:`voroquad.cluster.OnDask`. The results do not depend on it.
     show_progress : bool
         A progress bar on standard error.
 

@@ -1,4 +1,4 @@
-"""The studies by name, as the command line runs them."""
+"""The studies that the command line offers, by name."""
 
 from __future__ import annotations
 
