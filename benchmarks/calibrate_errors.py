@@ -21,7 +21,7 @@ from scipy import stats
 
 from voroquad._support.checks import whole_numbers
 from voroquad.designs.sampling import SampleSet, sample
-from voroquad.integrals.quad import REPLICATES, ROUNDING
+from voroquad.integrals.estimates import REPLICATES, weighted_sums
 from voroquad.rules.cross_fit import fit_replicates
 from voroquad.rules.strata_fits import default_order, fit_strata
 from voroquad.study.genz import FAMILIES, instances
@@ -56,11 +56,8 @@ def measure(samples: SampleSet, order: int | str, members: int) -> Errors:
     values = np.stack([f(samples.points.reshape(-1, d).T).reshape(sets, n) for f in functions], axis=1)
     w, residuals = fit_strata(samples, order, threads=1, values=values)
     truth = np.array([f.integral for f in functions])
-    by_set = (
-        np.abs(np.einsum("sn,sfn->sf", w, values) - truth),
-        np.sqrt(np.square(residuals).sum(axis=-1)) / n,
-        ROUNDING * np.einsum("sn,sfn->sf", np.abs(w), np.abs(values)),
-    )
+    estimates, rounding = weighted_sums(w[:, None], values)
+    by_set = (np.abs(estimates - truth), np.sqrt(np.square(residuals).sum(axis=-1)) / n, rounding)
     return Errors(*(x.T.reshape(len(FAMILIES), -1) for x in by_set))
 
 

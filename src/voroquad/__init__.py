@@ -13,9 +13,10 @@ from .designs.sampling import SampleSet, sample
 from .geometry.cells import Cells, cells
 from .geometry.density_compensation import density_compensation
 from .geometry.sphere import sphere_points, sphere_weights
-from .integrals.integrand import IntegrationWarning
+from .integrals.diagnostics import IntegrationWarning
 from .integrals.measures import PiecewiseUniform, ProductMeasure
-from .integrals.quad import QuadResult, quad
+from .integrals.quad import quad
+from .integrals.result import QuadResult
 from .rules.bias import bias_function
 from .rules.registry import weights
 from .sample_tables import SampleTable

@@ -109,6 +109,7 @@ def integrate(
     as_json: AsJson = False,
 ) -> None:
     """Integrate a formula over a box: value(uncertainty)."""
+    from .integrals.diagnostics import described
     from .integrals.expression import compile_expression, parse_bounds
     from .integrals.quad import quad
 
@@ -121,7 +122,7 @@ def integrate(
         )
         interval = result.confidence_interval(level)
     for warning in caught:
-        print(f"voroquad: {warning.message}", file=sys.stderr)
+        print(f"voroquad: {described(warning.message)}", file=sys.stderr)
     if as_json:
         low, high = interval
         numbers = {

@@ -5,7 +5,9 @@ import math
 import numpy as np
 import pytest
 
-from voroquad.integrals.refinement import Estimate, Tolerance, refine
+from voroquad.integrals.diagnostics import Diagnoses
+from voroquad.integrals.estimates import Estimate
+from voroquad.integrals.refinement import Tolerance, refine
 
 TRUTH = 0.02 * math.sqrt(math.pi)
 
@@ -20,7 +22,8 @@ def plain_means(rng, seen):
 
     def estimate(n):
         values = bump(rng.random(n))
-        seen.append(Estimate(values.mean(keepdims=True), values.std(keepdims=True) / math.sqrt(n), n, math.inf))
+        error = values.std(keepdims=True) / math.sqrt(n)
+        seen.append(Estimate(values.mean(keepdims=True), error, np.zeros(1), n, math.inf))
         return seen[-1]
 
     return estimate
@@ -32,7 +35,7 @@ def test_the_value_returned_is_none_that_stopped_the_refinement(z_score):
     rng, last, stopping = np.random.default_rng(1), [], []
     for _ in range(4000):  # a bias of 0.1 standard deviations of one estimate shows as |z| ≈ 6.3
         seen = []
-        result = refine(plain_means(rng, seen), Tolerance(0.0, 0.2), 12, 200, 1)
+        result = refine(plain_means(rng, seen), Tolerance(0.0, 0.2), 12, 200, 1, Diagnoses())
         assert result.n == sum(e.n for e in seen) <= 200
         assert (result.mean, result.error) == (seen[-1].mean, seen[-1].error)
         last.append(result.mean[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import reprlib
 from collections.abc import Iterable
 from typing import Any
 
@@ -37,12 +38,44 @@ def one_of(name: str, value: Any, known: Iterable[str]) -> str:
     return str(value)
 
 
-def refuse_lossy(name: str, points: ArrayLike) -> None:
-    """Raise ValueError for what NumPy would drop on the way to real numbers: imaginary parts and masks."""
-    if np.iscomplexobj(points):
-        raise ValueError(f"{name} must be real, got complex numbers; give their two parts as two coordinates")
-    if np.ma.is_masked(points):
-        raise ValueError(f"{name} must not be masked; drop the masked rows, as numpy.ma.compress_rows does")
+def refuse_lossy(name: str, values: Any, of_complex: str = "give their two parts as two coordinates") -> None:
+    """Raise ValueError for what NumPy would drop on the way to real numbers: masks and imaginary parts.
+
+    `of_complex` is the remedy for complex numbers.
+    """
+    if _is_masked(values):
+        raise ValueError(
+            f"{name} must not be masked; drop the masked rows, as numpy.ma.compress_rows does, "
+            "or say what counts there, as numpy.ma.filled does"
+        )
+    if np.iscomplexobj(values):
+        raise ValueError(f"{name} must be real, got complex numbers; {of_complex}")
+
+
+def _is_masked(values: Any) -> bool:
+    """Whether a value of an array, or of an array in a sequence of arrays, is masked."""
+    if isinstance(values, list | tuple):
+        return any(_is_masked(v) for v in values if isinstance(v, list | tuple | np.ma.MaskedArray))
+    return np.ma.is_masked(values)
+
+
+def real_numbers(
+    name: str, values: Any, of_complex: str = "give their two parts as two coordinates"
+) -> NDArray[np.float64]:
+    """Return `values` as a float64 array: the check that arrays from outside go through.
+
+    Raises ValueError for what is no array of real numbers: masked values, complex numbers, texts, dates, objects.
+    """
+    try:
+        array = np.asarray(values)
+        numbers = array if array.dtype.kind == "c" else array.astype(np.float64, copy=False)
+        if array.dtype.kind not in "biufcO":
+            raise TypeError
+    except (TypeError, ValueError) as error:
+        given = reprlib.repr(values) if isinstance(values, str | bytes | None) else type(values).__name__
+        raise ValueError(f"{name} must be an array of numbers, got {given}") from error
+    refuse_lossy(name, values, of_complex)
+    return numbers
 
 
 def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points") -> NDArray[np.float64]:
@@ -50,11 +83,7 @@ def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points"
 
     One-dimensional input is read as (n, 1). With `closed`, 1 is allowed too.
     """
-    refuse_lossy(name, points)
-    try:
-        array = np.asarray(points, dtype=np.float64)
-    except (TypeError, ValueError) as error:
-        raise ValueError(f"{name} must be an array of numbers, got {type(points).__name__}") from error
+    array = real_numbers(name, points)
     if array.ndim == 1:
         array = array[:, None]
     if array.ndim not in (2, 3):

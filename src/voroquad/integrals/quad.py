@@ -2,108 +2,54 @@
 
 from __future__ import annotations
 
-import math
+import functools
 import os
+import pickle
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import contextmanager
-from dataclasses import dataclass, field
-from typing import Any, NamedTuple
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
-from numpy.typing import NDArray
-from scipy import stats
 
 from .._support.checks import one_of, positive_int, thread_count
-from ..designs.design import DESIGNS, design_of
 from ..designs.engines import EngineFactory
-from ..designs.sampling import Rng, as_generator, largest_size, sample
-from ..rules import cross_fit
-from ..rules.registry import DEBIAS, weights
-from ..rules.strata_fits import check_order, default_order, error_scale, fit_strata
-from .integrand import Integrand, warn
-from .refinement import Estimate, refine, tolerance
+from ..designs.sampling import Rng, as_generator
+from ..rules.registry import DEBIAS
+from ..rules.strata_fits import check_order
+from .estimates import Estimator
+from .integrand import Integrand
+from .refinement import refine, tolerance
+from .result import QuadResult
 
-Array = NDArray[np.float64]
+P = ParamSpec("P")
+R = TypeVar("R")
 
-#: Standard error of a sum Σ_i w_i f_i by rounding, over Σ_i |w_i f_i|.
-ROUNDING = 3 * float(np.finfo(float).eps)
-
-#: Replicates that one estimate is split into where a rule needs several sets.
-REPLICATES = 4
-
-
-class ConfidenceInterval(NamedTuple):
-    """Ends of an interval; arrays for vector-valued integrands."""
-
-    low: Any
-    high: Any
-
-
-@dataclass(frozen=True)
-class QuadResult:
-    """What :func:`quad` returns. ``print`` shows it as a value with its uncertainty, 2.66613(4).
-
-    Attributes
-    ----------
-    integral : float or array
-        The estimate, in the shape of func's values.
-    standard_error : float or array
-        Its standard error.
-    n_evaluations : int
-        Number of points func was evaluated at.
-    degrees_of_freedom : float
-        Of the Student-t distribution that :meth:`confidence_interval` takes.
-    """
-
-    integral: Any
-    standard_error: Any
-    n_evaluations: int
-    degrees_of_freedom: float = field(default=math.inf, repr=False)
-
-    def confidence_interval(self, level: float = 0.95) -> ConfidenceInterval:
-        """The interval that holds the integral in a fraction `level` of repetitions.
-
-        Raises ValueError for a level outside (0, 1).
-        """
-        if not 0 < level < 1:
-            raise ValueError(f"level must be between 0 and 1, got {level!r}; 0.95 is the usual one")
-        half = float(stats.t.ppf((1 + level) / 2, self.degrees_of_freedom)) * self.standard_error
-        return ConfidenceInterval(self.integral - half, self.integral + half)
-
-    def __str__(self) -> str:
-        value, error = np.asarray(self.integral), np.asarray(self.standard_error)
-        texts = [with_uncertainty(v, e) for v, e in zip(value.flat, error.flat, strict=True)]
-        if value.ndim == 0:
-            return texts[0]
-        return np.array2string(np.array(texts).reshape(value.shape), formatter={"all": str})
+#: What to write in place of arguments that functions of `scipy.integrate` have.
+INSTEAD = {
+    "qrng": "sampler=qmc.Sobol (the class, or functools.partial of it with its options) and rng= the seed",
+    "log": "quad(lambda x: np.exp(g(x) - c), a, b) with a constant c about as large as g, and add c to the logarithm",
+    "args": "quad(lambda x: func(x, *args), a, b)",
+    "epsrel": "rtol=",
+    "epsabs": "atol=",
+    "seed": "rng=",
+}
 
 
-def with_uncertainty(value: float, error: float) -> str:
-    """A number as scientists write it: the last digits' uncertainty in brackets.
+def _answer_others(function: Callable[P, R]) -> Callable[P, R]:
+    """Tell what to write in place of an argument that functions of SciPy have and this one has not."""
 
-    Examples
-    --------
-    >>> from voroquad.integrals.quad import with_uncertainty
-    >>> with_uncertainty(2.666131, 0.000042), with_uncertainty(-12.3, 0.14), with_uncertainty(5231.0, 120.0)
-    ('2.66613(4)', '-12.30(14)', '5230(120)')
-    """
-    largest = max(abs(value), error)
-    if not math.isfinite(largest + error) or 0 < largest < 1e-300:
-        return f"{value:.6g}({error:.2g})"
-    if error <= 0:
-        return f"{value:.15g}"
-    if not 1e-4 <= largest < 1e15:  # in scientific notation, both to the same power
-        power = math.floor(math.log10(largest))
-        return f"{with_uncertainty(value / 10.0**power, error / 10.0**power)}e{power:+03d}"
-    # One digit of the error, two where the first is 1
-    mantissa, exponent = f"{error:.1e}".split("e")
-    digits = 1 - int(exponent) if mantissa.startswith("1") else -int(f"{error:.0e}".split("e")[1])
-    if digits <= 0:
-        return f"{round(value, digits):.0f}({round(error, digits):.0f})"
-    return f"{value:.{digits}f}({round(error * 10**digits):d})"
+    @functools.wraps(function)
+    def checked(*args: P.args, **named: P.kwargs) -> R:
+        for name in named:
+            if name in INSTEAD:
+                raise TypeError(f"quad has no {name}=; write {INSTEAD[name]}")
+        return function(*args, **named)
+
+    return checked
 
 
+@_answer_others
 def quad(
     func: Callable[[Any], Any],
     a: Any,
@@ -207,148 +153,45 @@ def quad(
     wanted = None if rtol is None and atol is None else tolerance(rtol or 0, atol or 0)
     order = int(order) if isinstance(order, np.integer) else order
     generator = as_generator(rng)
-    with _workers(workers) as (spread, parts):
+    with _workers(workers, func) as (spread, parts):
         integrand = Integrand(func, a, b, spread, parts)
         if isinstance(sampler, str) and sampler == "auto":
             sampler = "multi-jittered" if integrand.d <= 4 else "sobol"
-        if order != "auto":
-            check_order(order, integrand.d)
-        stratified = isinstance(sampler, str) and design_of(sampler).stratified and debias in ("auto", "leave-one-out")
-
-        def estimate(n: int) -> Estimate:
-            if stratified:
-                return _stratified(integrand, n, n_estimates, sampler, order, generator, threads)
-            return _replicates(integrand, n, n_estimates, sampler, order, debias, generator, threads)
-
+        check_order(order, integrand.d)
+        estimate = Estimator(integrand, sampler, order, debias, n_estimates, generator, threads)
         if wanted is None:
             found = estimate(n_points)
         else:
             most = positive_int("max_evaluations", max_evaluations)
             if most < n_estimates:
                 raise ValueError(f"max_evaluations must be at least n_estimates = {n_estimates}, got {most}")
-            found = refine(lambda n: estimate(n // n_estimates), wanted, n_points * n_estimates, most, integrand.d)
-    return QuadResult(integrand.result(found.mean), integrand.result(found.error), found.n, found.degrees_of_freedom)
+            found = refine(
+                lambda n: estimate(n // n_estimates),
+                wanted, n_points * n_estimates, most, integrand.d, integrand.diagnoses,
+            )  # fmt: skip
+    for warning in found.warnings:
+        integrand.diagnoses.add(warning)
+    mean, error = integrand.result(found.mean), integrand.result(found.error)
+    return QuadResult(mean, error, found.n, found.degrees_of_freedom, integrand.diagnoses.all())
 
 
 @contextmanager
-def _workers(workers: int | Callable[..., Any]) -> Iterator[tuple[Callable[..., Any], int]]:
+def _workers(workers: int | Callable[..., Any], func: Any) -> Iterator[tuple[Callable[..., Any], int]]:
     """A map, and the number of parts to split the points into."""
     processors = os.cpu_count() or 1
     if callable(workers):
         yield workers, processors
-    elif workers == 1:
+        return
+    number = processors if workers == -1 else positive_int("workers", workers)
+    if number == 1:
         yield map, 1
-    else:
-        number = processors if workers == -1 else positive_int("workers", workers)
-        with ProcessPoolExecutor(number) as pool:
-            yield pool.map, number
-
-
-def _stratified(
-    integrand: Integrand,
-    n_points: int,
-    sets: int,
-    sampler: str | EngineFactory,
-    order: int | str,
-    rng: np.random.Generator,
-    threads: int,
-) -> Estimate:
-    """Leave-one-out on `sets` sets of one sample per stratum."""
-    samples = sample(sampler, largest_size(sampler, n_points, integrand.d), integrand.d, sets=sets, rng=rng)
-    assert samples.strata is not None
-    p = default_order(samples.strata) if order == "auto" else order
-    values, power = _values(integrand, samples.points)
-    w, residuals = fit_strata(samples, p, threads, values)
-    means = np.einsum("sn,sfn->sf", w, values)
-    if sets > 1:
-        return _across_sets(means, samples.n).times_two_to(power)
-    _warn_if_unresolved(integrand, samples.points[0], values[0], residuals[0])
-    corrections = error_scale(p, samples.strata) * np.sqrt(np.square(residuals[0]).sum(axis=-1)) / samples.n
-    rounding = ROUNDING * (np.abs(w[0]) * np.abs(values[0])).sum(axis=-1)
-    error = np.hypot(corrections, rounding)
-    return Estimate(means[0], error, samples.n, math.inf).times_two_to(power)
-
-
-def _replicates(
-    integrand: Integrand,
-    n_points: int,
-    sets: int,
-    sampler: str | EngineFactory,
-    order: int | str,
-    debias: str,
-    rng: np.random.Generator,
-    threads: int,
-) -> Estimate:
-    """Any rule of :func:`voroquad.weights` on independent sets; one estimate is split into four.
-
-    With nothing asked for: cross-fit, or the plain mean of a single replicate.
-    """
-    if sets == 1 and n_points >= 2 * REPLICATES:
-        sets, n_points = REPLICATES, n_points // REPLICATES
-    n_points = largest_size(sampler, n_points, integrand.d)
-    samples = sample(sampler, n_points, integrand.d, sets=sets, rng=rng)
-    if not design_of(samples.design).randomised:
+        return
+    try:
+        pickle.dumps(func)
+    except Exception as error:
         raise ValueError(
-            f"sampler: the error is read off random sets of uniform points, and {samples.design!r} has none; "
-            f"choose one of {', '.join(name for name, design in DESIGNS.items() if design.randomised)}"
-        )
-    values, power = _values(integrand, samples.points)
-    fits = sets > 1 and debias in ("auto", "cross-fit")
-    scale = 1.0
-    p = order if order != "auto" else "kriging" if fits else 0
-    if fits and p:
-        shares = cross_fit.fit_replicates(samples.points, p, threads)
-        means = np.einsum("rsn,sfn->rf", shares, values)
-        scale = cross_fit.ERROR_SCALE
-    else:
-        plain = order == "auto" and debias == "auto"
-        w = (
-            np.full((sets, n_points), 1 / n_points)
-            if plain
-            else weights(samples, order=p, debias=debias, threads=threads)
-        )
-        means = np.einsum("sn,sfn->sf", w, values)
-    return _across_sets(means, n_points, scale).times_two_to(power)
-
-
-def _values(integrand: Integrand, points: Array) -> tuple[Array, NDArray[np.intc]]:
-    """Values (sets, fields, n) at points (sets, n, d), by one call, in units of 2^power, (fields,).
-
-    The largest of a component lies between ½ and 1: no square of what a rule makes of it over- or underflows,
-    and since rules are linear and units powers of two, not a bit of the result depends on them.
-    """
-    sets, n, d = points.shape
-    values = integrand(points.reshape(-1, d))
-    _, power = np.frexp(np.abs(values).max(axis=1, initial=0, where=np.isfinite(values)))
-    values = np.ldexp(values, -power[:, None])
-    return np.ascontiguousarray(values.reshape(-1, sets, n).swapaxes(0, 1)), power
-
-
-def _across_sets(means: Array, n: int, scale: float = 1.0) -> Estimate:
-    """Mean and `scale` times the standard error of independent estimates (sets, fields)."""
-    sets = len(means)
-    if sets == 1:
-        warn(f"no error can be told from a single set of n = {n} points; take n_points ≥ {2 * REPLICATES}")
-        return Estimate(means[0], np.full(means.shape[1], np.nan), n, 1)
-    error = scale * means.std(axis=0, ddof=1) / math.sqrt(sets)
-    return Estimate(means.mean(axis=0), error, sets * n, sets - 1)
-
-
-def _warn_if_unresolved(integrand: Integrand, u: Array, values: Array, residuals: Array) -> None:
-    """Warn where one stratum makes up the error of a component and its value came as a surprise.
-
-    Values and residuals are (fields, n), in units of which a field's largest value has ½ to 1. A residual that is
-    small beside its value, or below a thousandth, is no surprise: what is predicted worst of a smooth integrand is a
-    corner of the box, and that may well make up the error.
-    """
-    squares = np.square(residuals)
-    total = squares.sum(axis=1)
-    share = np.divide(squares, total[:, None], out=np.zeros_like(squares), where=total[:, None] > 0)
-    share[np.abs(residuals) < np.maximum(np.abs(values) / 2, 1e-3)] = 0
-    _, worst = np.unravel_index(np.argmax(share), share.shape)
-    if share.max() > 0.5 and residuals.shape[1] >= 16:
-        x, _ = integrand.pull_back(u[worst][:, None])
-        warn(
-            f"one stratum, at x = {x[:, 0].tolist()}, makes up {share.max():.0%} of the error: the integrand is "
-            "not resolved there and the error bar is uncertain; use more points or split the box"
-        )
+            f"func cannot be sent to {number} worker processes ({error}); define it with def at the top of a module, "
+            "or pass threads, workers=concurrent.futures.ThreadPoolExecutor().map"
+        ) from None
+    with ProcessPoolExecutor(number) as pool:
+        yield pool.map, number

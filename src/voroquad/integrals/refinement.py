@@ -11,23 +11,16 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import stats
 
-from .integrand import warn
+from .diagnostics import Diagnoses, diagnosis
+from .estimates import Estimate
 
 Array = NDArray[np.float64]
 
+#: Of the tolerance, what a set may take that ends the refinement: the error of the next one may be a little larger.
+SAFETY = 0.7
 
-@dataclass(frozen=True)
-class Estimate:
-    """Mean and standard error of each of the integrand's components, (fields,)."""
-
-    mean: Array
-    error: Array
-    n: int
-    degrees_of_freedom: float
-
-    def times_two_to(self, power: NDArray[np.intc]) -> Estimate:
-        """That of the components times 2^power, (fields,)."""
-        return replace(self, mean=np.ldexp(self.mean, power), error=np.ldexp(self.error, power))
+#: An error is rounding where rounding alone makes up so much of it.
+MOSTLY = 0.7
 
 
 @dataclass(frozen=True)
@@ -37,12 +30,12 @@ class Tolerance:
     rtol: float
     atol: float
 
-    def excess(self, estimate: Estimate) -> float:
-        """Half the interval over what is allowed, of the worst component; infinite where one is not a number."""
-        half = float(stats.t.ppf(0.975, estimate.degrees_of_freedom)) * estimate.error
+    def excess(self, estimate: Estimate) -> Array:
+        """Half the interval over what is allowed, (fields,); infinite where one is not a number."""
+        half = _half_interval(estimate)
         allowed = np.maximum(self.atol, self.rtol * np.abs(estimate.mean))
         ratio = np.divide(half, allowed, out=np.where(half == 0, 0.0, np.inf), where=allowed > 0)
-        return float(np.nan_to_num(ratio, nan=np.inf).max())
+        return np.nan_to_num(ratio, nan=np.inf, posinf=np.inf)
 
 
 def tolerance(rtol: Any, atol: Any) -> Tolerance:
@@ -55,12 +48,17 @@ def tolerance(rtol: Any, atol: Any) -> Tolerance:
     return Tolerance(float(rtol), float(atol))
 
 
-def refine(estimate: Callable[[int], Estimate], wanted: Tolerance, n: int, most: int, dimension: int) -> Estimate:
+def refine(
+    estimate: Callable[[int], Estimate], wanted: Tolerance, n: int, most: int, dimension: int, diagnoses: Diagnoses
+) -> Estimate:
     """Estimates from independent sets, larger and larger, until one meets the tolerance; then a last one.
 
     A set that stops the refinement was chosen for what it showed, so its own value would be biased. It
     only settles the size: the value and error returned are those of one more set of that size, which is
     independent of all before, hence unbiased. All are counted in `n` of the result.
+
+    Sets that do not resolve the integrand, such as those whose values are all 0, meet no tolerance. More points do
+    not help an integral that is not finite or an error that is rounding: both end the refinement.
 
     Parameters
     ----------
@@ -74,24 +72,55 @@ def refine(estimate: Callable[[int], Estimate], wanted: Tolerance, n: int, most:
         Evaluations of all sets together.
     dimension : int
         Rough integrands gain N^(−½−1/d) or so; that predicts the next size.
+    diagnoses : Diagnoses
+        Where to add warnings. That an integral of 0 meets no rtol is said as soon as two sets show it.
     """
-    spent = 0
+    spent, zeros = 0, 0
     while 2 * n <= most - spent:
         trial = estimate(n)
         spent += trial.n
         excess = wanted.excess(trial)
         room = (most - spent) // 2
-        # The last set's error may be a little larger. No number of points mends an integral that is not finite
-        if excess <= 0.7 or room <= n or not np.isfinite(trial.mean).all():
+        open_ = excess > SAFETY
+        done = trial.resolved and not open_.any()
+        if done or room <= n or not np.isfinite(trial.mean).all() or _only_rounding(trial, open_):
             break
-        growth = float(np.clip((excess / 0.5) ** (1 / (0.5 + 1 / dimension)), 2, 16))
+        zeros = zeros + 1 if trial.resolved and _is_zero(wanted, trial) else 0
+        if zeros == 2:
+            diagnoses.add(diagnosis("give-atol"))
+        worst = float(excess.max()) if trial.resolved else math.inf
+        growth = float(np.clip((worst / 0.5) ** (1 / (0.5 + 1 / dimension)), 2, 16))
         n = min(math.ceil(n * growth), room)
     last = estimate(min(n, most - spent))
-    if not np.isfinite(last.mean).all():
-        warn("the integral is not finite, so that no tolerance is met")
-    elif (missed := wanted.excess(last)) > 1:
-        warn(
-            f"the 95 % interval is {missed:.3g} times as wide as the tolerance allows after {spent + last.n} "
-            f"evaluations of at most {most}; raise max_evaluations or the tolerance"
-        )
-    return replace(last, n=spent + last.n)
+    last = replace(last, n=spent + last.n)
+    _judge(wanted, last, most, diagnoses)
+    return last
+
+
+def _judge(wanted: Tolerance, last: Estimate, most: int, diagnoses: Diagnoses) -> None:
+    """Add the reasons why the last estimate does not meet the tolerance, if it does not."""
+    excess = wanted.excess(last)
+    if not np.isfinite(last.mean).all() or excess.max() <= 1:
+        return
+    if last.resolved and _is_zero(wanted, last):
+        diagnoses.add(diagnosis("give-atol"))
+    kind = "rounding" if _only_rounding(last, excess > 1) else "tolerance"
+    times = float(f"{excess.max():.3g}")
+    diagnoses.add(diagnosis(kind, times_too_wide=times, evaluations=last.n, of_at_most=most))
+
+
+def _half_interval(estimate: Estimate) -> Array:
+    """Half the width of the 95 % interval."""
+    return float(stats.t.ppf(0.975, estimate.degrees_of_freedom)) * estimate.error
+
+
+def _is_zero(wanted: Tolerance, estimate: Estimate) -> bool:
+    """Whether a component that only rtol is asked of is 0 within its interval."""
+    return wanted.atol == 0 and bool((np.abs(estimate.mean) <= _half_interval(estimate)).any())
+
+
+def _only_rounding(estimate: Estimate, which: NDArray[np.bool_]) -> bool:
+    """Whether the errors of these components are rounding, which more points do not reduce."""
+    return bool((which & np.isfinite(estimate.error)).any()) and bool(
+        (estimate.rounding >= MOSTLY * estimate.error)[which].all()
+    )

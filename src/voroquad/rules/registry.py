@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -166,25 +166,46 @@ class Rule:
             and (self.fewest_sets == 1 or (samples.points.ndim == 3 and len(samples.points) >= self.fewest_sets))
         )
 
+    @property
+    def unbiased(self) -> bool:
+        """Whether its mean is the integral of every integrand."""
+        return self.debias != "none"
+
     def __str__(self) -> str:
         designs = "any design" if self.designs is None else "design " + " or ".join(self.designs)
         sets = "" if self.fewest_sets == 1 else f", points (sets, n, d) with {self.fewest_sets} sets or more"
         most = "" if self.most == math.inf else f", n ≤ {self.most}"
         orders = f"order {_span(self.orders)}, d = {_span(self.dimensions)}{most}"
-        return f"debias={self.debias!r} with {orders}, {designs}{sets}"
+        biased = "" if self.unbiased else " (biased near the border)"
+        return f"debias={self.debias!r}{biased} with {orders}, {designs}{sets}"
+
+
+def has_rule(samples: SampleSet, order: int | str, debias: str) -> bool:
+    """Whether there is a rule for a set."""
+    return next(_matching(samples, order, debias), None) is not None
 
 
 def find_rule(samples: SampleSet, order: int | str, debias: str) -> Rule:
-    """The rule for a set; ValueError with those nearest to it if there is none."""
-    for rule in RULES:
-        wanted = rule.debias != "none" if debias == "auto" else rule.debias == debias
-        if wanted and rule.covers(samples, order):
-            return rule
-    near = [rule for rule in RULES if rule.debias == debias or rule.covers(samples, order)] or RULES
+    """The rule for a set; ValueError with those nearest to it if there is none.
+
+    Where an unbiased rule was asked for, biased ones are listed last and called so.
+    """
+    if (rule := next(_matching(samples, order, debias), None)) is not None:
+        return rule
+    near = [rule for rule in RULES if rule.debias == debias or rule.covers(samples, order)]
+    if debias == "auto":
+        near += [rule for rule in RULES if rule.unbiased and any(rule.covers(samples, p) for p in rule.orders)]
+    near = sorted(dict.fromkeys(near or RULES), key=lambda rule: not rule.unbiased)
     raise ValueError(
         f"no rule for order={order!r}, debias={debias!r}, design {samples.design!r}, d = {samples.d}, "
         f"n = {samples.n}; there are: " + "; ".join(map(str, near))
     )
+
+
+def _matching(samples: SampleSet, order: int | str, debias: str) -> Iterator[Rule]:
+    for rule in RULES:
+        if (rule.unbiased if debias == "auto" else rule.debias == debias) and rule.covers(samples, order):
+            yield rule
 
 
 def _voronoi(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:

@@ -43,14 +43,13 @@ ERROR_SCALE: dict[tuple[int, int | str], tuple[tuple[int, float], ...]] = {
 
 
 def check_order(order: object, d: int) -> None:
-    """Raise ValueError for an order that no rule has in d dimensions."""
+    """Raise ValueError for an order that no rule of :func:`voroquad.quad` has in d dimensions."""
     highest = HIGHEST_ORDER.get(d, 0)
-    if order == "kriging" and highest > 0:
+    if order in ("kriging", "auto"):
         return
     if not isinstance(order, int) or isinstance(order, bool) or not 0 <= order <= highest:
-        raise ValueError(
-            f"order must be a whole number from 0 to {highest} for d = {d}, 'kriging' or 'auto', got {order!r}"
-        )
+        numbers = f"a whole number from 0 to {highest}" if highest else "0"
+        raise ValueError(f"order must be {numbers} for d = {d}, 'kriging' or 'auto', got {order!r}")
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.integrate
 from scipy.stats import qmc
 
-from ..integrals.integrand import IntegrationWarning
+from ..integrals.diagnostics import IntegrationWarning
 from ..integrals.quad import quad
 from .integrand import Array, Integrand
 

@@ -1,0 +1,91 @@
+"""What :func:`voroquad.quad` warns of: one text for each kind, and the numbers as attributes."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from typing import Any
+
+#: The text of each kind of warning. It holds no numbers, so that Python shows it once for a line of the caller's code.
+TEXTS = {
+    "not-finite": "func is not finite everywhere, so the integral is NaN",
+    "point-by-point": (
+        "func failed on points of shape (d, n) and is called point by point, which is slow; "
+        "let it take (d, n) and return (n,)"
+    ),
+    "zero": (
+        "func is 0 at every point: whether it is 0 everywhere or its support was missed cannot be told; "
+        "use more points, or limits close to where func differs from 0"
+    ),
+    "few-samples": (
+        "the estimate rests on fewer than ten samples, so neither it nor its error is reliable; "
+        "use more points, or limits close to where func is large"
+    ),
+    "one-stratum": (
+        "a single stratum makes up most of the error: the integrand is not resolved there and the error is "
+        "uncertain; use more points or split the box there"
+    ),
+    "no-error": "a single set of points has no standard error; take n_points of at least 8",
+    "give-atol": "the integral is 0 within its error, and no rtol alone is met by 0; give atol as well",
+    "rounding": "the tolerance is smaller than the rounding error, which no number of points reduces; raise it",
+    "tolerance": "the tolerance is not met; raise max_evaluations or the tolerance",
+}
+
+#: Kinds that leave the result as reliable as it says.
+ADVICE = ("point-by-point", "give-atol")
+
+
+class IntegrationWarning(UserWarning):
+    """The result of :func:`voroquad.quad` is not to be trusted as it stands; the message says why.
+
+    Attributes
+    ----------
+    kind : str
+        ``"not-finite"``, ``"zero"``, ``"few-samples"``, ``"one-stratum"``, ``"no-error"``, ``"tolerance"`` or
+        ``"rounding"``; advice, which leaves the result reliable, is ``"point-by-point"`` and ``"give-atol"``.
+    details : dict
+        The numbers behind it, such as the first point ``"x"`` where func is not finite.
+    """
+
+    def __init__(self, text: str, kind: str = "", details: dict[str, Any] | None = None):
+        super().__init__(text)
+        self.kind = kind
+        self.details = details or {}
+
+
+def described(warning: Warning | str) -> str:
+    """The text of a warning, with the numbers behind it if it is one of ours."""
+    if not isinstance(warning, IntegrationWarning) or not warning.details:
+        return str(warning)
+    numbers = ", ".join(f"{name.replace('_', ' ')} {value}" for name, value in warning.details.items())
+    return f"{warning} ({numbers})"
+
+
+def diagnosis(kind: str, **details: Any) -> IntegrationWarning:
+    """The warning of a kind in :data:`TEXTS`, not yet issued."""
+    return IntegrationWarning(TEXTS[kind], kind, details)
+
+
+def issue(warning: IntegrationWarning) -> None:
+    """Issue a warning that points at the line which called into this package."""
+    frame, level = sys._getframe(), 1
+    while frame.f_globals["__name__"].startswith(f"{__package__}.") and frame.f_back is not None:
+        frame, level = frame.f_back, level + 1
+    warnings.warn(warning, stacklevel=level)
+
+
+class Diagnoses:
+    """The warnings of one call, each kind once, in the order in which they arose."""
+
+    def __init__(self) -> None:
+        self._by_kind: dict[str, IntegrationWarning] = {}
+
+    def add(self, warning: IntegrationWarning) -> None:
+        """Issue a warning, unless there was one of its kind."""
+        if warning.kind not in self._by_kind:
+            self._by_kind[warning.kind] = warning
+            issue(warning)
+
+    def all(self) -> tuple[IntegrationWarning, ...]:
+        """Those added so far."""
+        return tuple(self._by_kind.values())
