@@ -22,6 +22,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "cells": programs.cells_summary,
     },
     "rules.md": {"decision": rules.decision_table},
+    "mitsuba.md": {"expected": renders.expected_table},
     "peers.md": {"quad": integrals.quad_table, "cubic": integrals.cubic_table},
     "measured/integrals.md": {
         "families": integrals.families_table,

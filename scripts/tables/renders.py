@@ -34,6 +34,34 @@ def gain_table() -> str:
     return markdown(rows, "l")
 
 
+#: What makes the noise of a scene, and the scenes of that kind
+KINDS = {
+    "a thin lens": ("depth-of-field", "room"),
+    "a moving camera": ("moving-camera",),
+    "moving objects": ("moving-objects",),
+    "a spectral variant, saturated colours": ("spectral",),
+    "a large area light": ("large-light",),
+    "an environment map": ("sky",),
+    "lens, motion and light together": ("passage",),
+}
+
+
+def expected_table() -> str:
+    """For each kind of scene the best setting, and its MSE over that of Mitsuba's multijitter."""
+    rows = [["your scene has", "domain", "sampler", "inside", "MSE over multijitter's"]]
+    measured = read(RESULTS / "scene_blend.csv")
+    for kind, scenes in KINDS.items():
+        for scene in scenes:
+            own = [r for r in measured if r["scene"] == scene]
+            (theirs,) = (r for r in own if (r["samples"], r["all_else"]) == ("Mitsuba", "multijitter"))
+            best = min((r for r in own if r["samples"] != "Mitsuba"), key=least)
+            sampler = best["samples"] + (" + blend" if least(best) < float(best["mse"]) else ", equal weights")
+            ratio = f"{least(best) / least(theirs):.2f}{PLUS_MINUS}{ratio_error(best, theirs):.2f} ({scene})"
+            rows.append([kind, best["domain"], sampler, best["all_else"], ratio])
+            kind = ""
+    return markdown(rows, "llll")
+
+
 def domains_table() -> str:
     """MSE of sets with and without the weights of their cells, and of Mitsuba's, where the domain makes the noise."""
     designs = ("uniform", "stratified", "sobol")
