@@ -46,6 +46,16 @@ def test_variance_of_a_sum_of_pairs():
     assert variance("orthogonal") < variance("uniform") / 30
 
 
+@pytest.mark.statistical
+@pytest.mark.parametrize("upper", [(False, False, False), (False, True, False)])
+def test_triples_of_coordinates_are_uniform(z_score, upper):
+    """The array spreads pairs of levels; that a point may have any three is due to their random labels."""
+    points = vq.sample("orthogonal", n=16, d=3, sets=4000, rng=3).points
+    inside = np.where(upper, points >= 0.75, points < 0.25).all(axis=-1)
+    # 0.1 standard deviations of one set: |z| ≈ 6.3; without random labels E is 1/16 or 0
+    assert abs(z_score(inside.mean(axis=-1), 1 / 64)) < 5.5
+
+
 @pytest.mark.parametrize(
     ("n", "d", "message"),
     [

@@ -4,7 +4,7 @@ from itertools import combinations_with_replacement
 
 import numpy as np
 import pytest
-from scipy.stats import kstest, qmc
+from scipy.stats import chisquare, kstest, qmc
 
 import voroquad as vq
 from voroquad.designs.design import DESIGNS
@@ -37,6 +37,26 @@ def test_sets_are_different_and_each_point_is_uniform(design):
     for i in (0, 5):
         for axis in (0, 1):
             assert kstest(sets[:, i, axis], "uniform").pvalue > 1e-6
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("design", [name for name in DESIGNS if name != "regular"])
+def test_the_coordinates_of_a_point_are_independent(design):
+    """A point of the set is anywhere in the square, or in its stratum, with equal probability: 4 × 4 squares of it."""
+    sets = vq.sample(design, n=16, d=2, sets=1000, rng=4).points
+    if design in ("stratified", "multi-jittered"):
+        sets = sets * 4 % 1
+    for i in (0, 5, 15):
+        of_square = np.ravel_multi_index(tuple((sets[:, i] * 4).astype(int).T), (4, 4))
+        assert chisquare(np.bincount(of_square, minlength=16)).pvalue > 1e-6
+
+
+@pytest.mark.parametrize(("n", "d"), [(5, 1), (12, 2), (18, 3)])
+def test_regular_points_are_the_centres_of_their_boxes(n, d):
+    points = vq.sample("regular", n, d).points
+    mirrored = 1 - points[::-1]
+    np.testing.assert_allclose(points, mirrored, atol=1e-15)
+    np.testing.assert_allclose(vq.weights(points), 1 / n, rtol=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -118,6 +138,14 @@ def test_owen_scrambling_is_not_a_mere_digital_shift():
     assert {s.bit_length() for s in shifts} == {16}
 
 
+@pytest.mark.statistical
+@pytest.mark.parametrize("design", ["sobol", "zero-two"])
+def test_digits_below_the_32nd_are_random(design):
+    """Without them a point could not be anywhere in the box: it would be one of 2^32 places along each axis."""
+    points = vq.sample(design, n=64, d=2, sets=100, rng=3).points
+    assert kstest((points * 2.0**32 % 1).ravel(), "uniform").pvalue > 1e-6
+
+
 def test_scipy_engines():
     engine = vq.sample(qmc.LatinHypercube(d=3, rng=1), n=8)
     assert (engine.points.shape, engine.design) == ((8, 3), "latinhypercube")
@@ -146,6 +174,10 @@ def test_scipy_engines():
         (lambda: vq.sample("uniform", n=4, rng=-1), "a seed must be at least 0"),
         (lambda: vq.SampleSet(np.full((4, 1), 0.5), "stratified"), "needs the strata"),
         (lambda: vq.SampleSet(np.full((4, 1), 0.5), "stratified", (4,)), "must hold one point"),
+        (
+            lambda: vq.SampleSet([[0.1], [0.3], [0.9], [0.35]], "stratified", (4,)),
+            "must hold one point, but stratum 1 holds 2; say design='uniform'",
+        ),
         (lambda: vq.SampleSet(np.full(4, 0.5), "uniform"), "must have shape"),
     ],
 )

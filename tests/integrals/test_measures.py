@@ -134,6 +134,16 @@ def test_a_set_is_like_a_sample_set(m, sampler):
         np.testing.assert_allclose(told, m.weights(s, order=1, debias="leave-one-out"), atol=1e-9)
 
 
+@pytest.mark.statistical
+@pytest.mark.parametrize("sampler", ["uniform", "sobol"])
+def test_pieces_are_independent(sampler):
+    """Of two pieces alike, a function of the one's samples tells nothing of the same function of the other's."""
+    m = vq.PiecewiseUniform([0, 1, 2], [8, 8])
+    x = m.sample(sampler, sets=4000, rng=3).points[..., 0] % 1
+    (_, correlation), _ = np.corrcoef(np.exp(x).reshape(-1, 2, 8).mean(axis=-1).T)
+    assert abs(correlation) * np.sqrt(4000) < 5.5
+
+
 def test_a_grid_is_its_boxes():
     boxes = vq.PiecewiseUniform.from_boxes(ON_A_GRID.lower, ON_A_GRID.upper, ON_A_GRID.counts)
     assert (ON_A_GRID.lower[1].tolist(), ON_A_GRID.upper[1].tolist()) == ([-1, 0.25], [0, 2])

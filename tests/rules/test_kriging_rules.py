@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import voroquad as vq
-from voroquad.designs.multi_jittered import offsets
+from voroquad.designs.multi_jittered import offsets, period
 from voroquad.designs.sampling import SampleSet
 from voroquad.rules import kriging_rules
 from voroquad.rules.cross_fit import fit_replicates
@@ -83,6 +83,25 @@ def test_what_predicts_nothing_changes_its_own_residual_only(monkeypatch, design
     raised[:, other] += 1
     _, after = fit_strata(samples, "kriging", threads=1, values=raised[:, None])
     np.testing.assert_allclose(after - residuals, (np.arange(samples.n) == other)[None, None], atol=1e-12)
+
+
+@pytest.mark.parametrize(("design", "most"), [("multi-jittered", 2048), ("multi-jittered", 40), ("stratified", 40)])
+def test_a_prediction_knows_no_value_of_its_own_colour(monkeypatch, design, most):
+    """Samples of one colour may depend on each other, so what predicts one of them must not know the others."""
+    strata = (8, 9)
+    monkeypatch.setattr(kriging_rules, "MOST", most)
+    q = period(2) if design == "multi-jittered" else kriging_rules.COLOURS_OF_MANY
+    colour = np.indices(strata).reshape(2, -1) % q
+    samples = draw(strata, 1, design)
+    f = np.sin(5 * samples.points.sum(axis=-1))
+    _, before = fit_strata(samples, "kriging", threads=1, values=f[:, None])
+    for j in predicting(strata)[::5]:
+        raised = f.copy()
+        raised[:, j] += 1
+        _, after = fit_strata(samples, "kriging", threads=1, values=raised[:, None])
+        alike = (colour == colour[:, [j]]).all(axis=0)
+        expected = ~alike | (np.arange(samples.n) == j)
+        np.testing.assert_array_equal(abs(after - before)[0, 0] > 1e-10, expected)
 
 
 def test_more_points_do_not_make_more_error_where_not_all_predict():

@@ -223,3 +223,50 @@ def test_weights_follow_the_samples_order():
     w = vq.weights(s, order=3, debias="leave-one-out")
     again = vq.weights(s.points[shuffle], design="stratified", order=3, debias="leave-one-out")
     np.testing.assert_array_equal(again, w[shuffle])
+
+
+@pytest.mark.parametrize("order", [3, "kriging"])
+def test_values_and_residuals_follow_the_samples_order(order):
+    samples = draw((8, 8), sets=2)
+    values = np.stack([np.exp(samples.points[..., 0]), np.sin(9 * samples.points.sum(axis=-1))], axis=1)
+    w, residuals = fit_strata(samples, order, 1, values)
+    shuffle = np.array([np.random.default_rng(seed).permutation(64) for seed in (2, 3)])
+    points = np.take_along_axis(samples.points, shuffle[..., None], axis=1)
+    again = fit_strata(
+        SampleSet(points, "stratified", (8, 8)), order, 1, np.take_along_axis(values, shuffle[:, None], axis=2)
+    )
+    np.testing.assert_array_equal(again[0], np.take_along_axis(w, shuffle, axis=1))
+    np.testing.assert_array_equal(again[1], np.take_along_axis(residuals, shuffle[:, None], axis=2))
+
+
+def test_the_guard_knows_nothing_of_the_sample_that_is_left_out():
+    """P_i(x_i) is one polynomial of x_i: its order does not change where the leverage at x_i itself is large.
+
+    All samples but one are near three parallel lines, up to a distance that shrinks from set to set. At zero, a cubic
+    with these lines as roots is free. In the stratum of the last sample it is largest between the corners and the
+    centre, where the guard looks.
+    """
+    strata, own = (4, 4), 5
+    assert stencil(3, strata).order == 3
+    rng = np.random.default_rng(1)
+    line = np.array([1, 1, 2, 3])[np.indices(strata)[1].ravel()] / 4  # the border of its stratum, by the second index
+    beyond = np.array([-1, 1, 1, 1])[np.indices(strata)[1].ravel()]
+    others = np.stack([(np.indices(strata)[0].ravel() + rng.random(16)) / 4, line], axis=1)
+    distances = np.geomspace(1e-3, 5e-5, 301)  # one per cent from one to the next
+    places = 0.25 + 0.25 * (1 - np.cos(np.pi * (np.arange(12) + 0.5) / 12)) / 2
+    points = np.tile(others, (len(distances), len(places), 1, 1))
+    points[..., 1] += distances[:, None, None] * beyond * rng.uniform(0.5, 1, 16)
+    points[..., own, 1] = places
+    values = np.broadcast_to(rng.standard_normal(16), (points[..., 0].size // 16, 1, 16)).copy()
+    _, residuals = fit_strata(SampleSet(points.reshape(-1, 16, 2), "stratified", strata), 3, 1, values)
+    predicted = values[0, 0, own] - residuals[:, 0, own].reshape(len(distances), len(places))
+
+    def misses(degree):
+        """How far the predictions are from one polynomial of x_i, over their size."""
+        fit = np.polynomial.Polynomial.fit
+        rest = [p - fit(places, p, degree)(places) for p in predicted]
+        return abs(np.array(rest)).max(axis=1) / abs(predicted).max(axis=1)
+
+    assert misses(3).max() < 1e-9
+    assert misses(2)[0] > 1e-4  # the guard leaves the order where samples are apart, and lowers it where they are not
+    assert misses(2)[-1] < 1e-9

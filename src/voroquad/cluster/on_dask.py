@@ -145,9 +145,7 @@ class OnDask:
                 self.client.cancel([future for part in flying for future in (*part.units, part.value)])
 
     def _submit(self, series: Iterable[Series], size: int, add: Add) -> Iterator[_Part]:
-        run = uuid.uuid4().hex[
-            :8
-        ]  # Dask identifies values by keys; series of other runs may have the same names
+        run = uuid.uuid4().hex[:8]  # Dask identifies values by keys; series of other runs may have the same names
         for one in series:
             if self.store is not None:
                 self.store.open(one)
