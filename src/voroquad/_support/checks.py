@@ -38,16 +38,21 @@ def one_of(name: str, value: Any, known: Iterable[str]) -> str:
     return str(value)
 
 
-def refuse_lossy(name: str, values: Any, of_complex: str = "give their two parts as two coordinates") -> None:
-    """Raise ValueError for what NumPy would drop on the way to real numbers: masks and imaginary parts.
-
-    `of_complex` is the remedy for complex numbers.
-    """
+def refuse_masks(name: str, values: Any) -> None:
+    """Raise ValueError for masked values, whose masks NumPy would drop."""
     if _is_masked(values):
         raise ValueError(
             f"{name} must not be masked; drop the masked rows, as numpy.ma.compress_rows does, "
             "or say what counts there, as numpy.ma.filled does"
         )
+
+
+def refuse_lossy(name: str, values: Any, of_complex: str = "give their two parts as two coordinates") -> None:
+    """Raise ValueError for what NumPy would drop on the way to real numbers: masks and imaginary parts.
+
+    `of_complex` is the remedy for complex numbers.
+    """
+    refuse_masks(name, values)
     if np.iscomplexobj(values):
         raise ValueError(f"{name} must be real, got complex numbers; {of_complex}")
 
@@ -69,7 +74,7 @@ def real_numbers(
     try:
         array = np.asarray(values)
         numbers = array if array.dtype.kind == "c" else array.astype(np.float64, copy=False)
-        if array.dtype.kind not in "biufcO":
+        if array.dtype.kind not in "biufcO" or (array.dtype == object and any(v is None for v in array.flat)):
             raise TypeError
     except (TypeError, ValueError) as error:
         given = reprlib.repr(values) if isinstance(values, str | bytes | None) else type(values).__name__

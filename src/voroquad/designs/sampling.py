@@ -41,7 +41,7 @@ class SampleSet:
         points = np.asarray(self.points)
         if points.ndim not in (2, 3):
             raise ValueError(f"points must have shape (n, d) or (sets, n, d), got {points.shape}")
-        unit_points(points, closed=True)
+        unit_points(self.points, closed=True)
         object.__setattr__(self, "points", points)
         if design_of(self.design).gridded:
             if self.strata is None or len(self.strata) != self.d or math.prod(self.strata) != self.n:

@@ -8,7 +8,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree, QhullError, SphericalVoronoi
 
-from .._support.checks import unit_points
+from .._support.checks import real_numbers, unit_points
 from .cells import cells
 
 RESOLUTION = 1e-6  # nearer than that, points count as one; also how far a length may miss 1, as in float32
@@ -111,7 +111,7 @@ def sphere_weights(points: ArrayLike) -> NDArray[np.float64]:
 
 
 def _unit_vectors(points: ArrayLike) -> NDArray[np.float64]:
-    x = np.asarray(points, dtype=np.float64)
+    x = real_numbers("points", points)
     if x.ndim not in (2, 3) or x.shape[-1] != 3 or x.size == 0:
         raise ValueError(f"points must have shape (n, 3) or (sets, n, 3) with n ≥ 1, got {x.shape}")
     length = np.linalg.norm(x, axis=-1, keepdims=True)

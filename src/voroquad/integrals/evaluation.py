@@ -38,6 +38,8 @@ def evaluate(
             call.one_by_one = True
             try:
                 results = list(spread(call, pieces))
+            except _UnusableValueError:
+                raise
             except Exception:
                 raise error from None
             reason = f"{type(error).__name__}: {error}"

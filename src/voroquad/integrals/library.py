@@ -29,7 +29,7 @@ class Library:
 
         The dtype is the common one of the arrays if that is a real floating one, else float64.
         """
-        arrays = [x for x in (a, b) if is_array_api_obj(x)]
+        arrays = [np.asarray(x) if isinstance(x, np.generic) else x for x in (a, b) if _is_array(x)]
         if len({array_namespace(x) for x in arrays}) > 1:
             names = " and ".join(type(x).__module__.split(".")[0] for x in arrays)
             raise ValueError(f"a and b must be arrays of one library, got {names}; convert one of them")
@@ -38,7 +38,7 @@ class Library:
         xp = array_namespace(*arrays)
         if len({device(x) for x in arrays}) > 1:
             raise ValueError(f"a and b must be on one device, got {device(a)} and {device(b)}; move one of them")
-        others = [np.asarray(x).dtype for x in (a, b) if not is_array_api_obj(x) and np.ndim(x)]
+        others = [np.asarray(x).dtype for x in (a, b) if not _is_array(x) and np.ndim(x)]
         if is_numpy_namespace(xp):
             common = np.result_type(*arrays, *others)
             return cls(np.empty(0, common if np.issubdtype(common, np.floating) else np.float64))
@@ -64,9 +64,14 @@ class Library:
         return array_namespace(self.like).asarray(x.copy(), dtype=self.like.dtype, device=device(self.like))
 
 
+def _is_array(x: Any) -> bool:
+    """Whether it is an array of a library, or a number with a dtype."""
+    return is_array_api_obj(x) or isinstance(x, np.generic)
+
+
 def to_numpy(values: Any) -> Any:
     """Any library's array, on any device, as a NumPy array; what is no array as it is."""
-    if isinstance(values, np.ndarray) or not is_array_api_obj(values):
+    if isinstance(values, np.ndarray | np.generic) or not is_array_api_obj(values):
         return values
     values = values.detach() if hasattr(values, "detach") else values  # PyTorch's, where they require a gradient
     try:

@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._support.checks import positive_int, unit_points
+from .._support.checks import positive_int, real_numbers, refuse_masks, unit_points
 from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, SampleSet, sample
 from ..rules.registry import weights as unit_weights
@@ -141,7 +141,7 @@ class ProductMeasure:
         return np.stack([inverse(u[..., a]) for a, inverse in enumerate(inverses)], axis=-1)
 
     def _checked(self, name: str, points: ArrayLike) -> NDArray[np.float64]:
-        array = np.asarray(points, dtype=np.float64)
+        array = real_numbers(name, points)
         if array.ndim == 0 or array.shape[-1] != self.d:
             raise ValueError(f"{name} must have shape (..., {self.d}), got {array.shape}")
         return array
@@ -259,7 +259,7 @@ class PiecewiseUniform:
         >>> round(float(w.sum()), 12)
         4.0
         """
-        low, high = np.asarray(lower, dtype=np.float64), np.asarray(upper, dtype=np.float64)
+        low, high = real_numbers("lower", lower), real_numbers("upper", upper)
         if low.ndim != 2 or low.size == 0 or low.shape != high.shape:
             raise ValueError(f"lower and upper must both have shape (k, d), got {low.shape} and {high.shape}")
         flat = ~((low < high) & np.isfinite(low) & np.isfinite(high)).all(axis=-1)
@@ -282,6 +282,7 @@ class PiecewiseUniform:
         counts: ArrayLike,
         measures: ArrayLike | None,
     ) -> None:
+        refuse_masks("counts", counts)
         numbers = np.asarray(counts, dtype=object)
         if numbers.shape != shape:
             pieces = " × ".join(map(str, shape))
@@ -305,7 +306,7 @@ class PiecewiseUniform:
 
         Of positions x (..., d), or (n,) for d = 1; the upper faces of a piece are not in it.
         """
-        x = np.asarray(x, dtype=np.float64)
+        x = real_numbers("x", x)
         x = x[:, None] if x.ndim == self.d == 1 else x
         if x.ndim == 0 or x.shape[-1] != self.d:
             raise ValueError(f"x must have shape (..., {self.d}), got {x.shape}")
@@ -395,7 +396,7 @@ def _axes(edges: Any) -> list[NDArray[np.float64]]:
         named = {f"edges[{a}]": axis for a, axis in enumerate(edges)}
     axes = []
     for name, given in named.items():
-        axis = np.asarray(given, dtype=np.float64)
+        axis = real_numbers(name, given)
         if axis.ndim != 1 or len(axis) < 2 or not np.isfinite(axis).all():
             raise ValueError(f"{name} must be two or more finite numbers, got {given!r}")
         if (np.diff(axis) <= 0).any():
@@ -406,7 +407,7 @@ def _axes(edges: Any) -> list[NDArray[np.float64]]:
 
 def _masses(measures: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     """The measure (k,) of each piece."""
-    masses = np.asarray(measures, dtype=np.float64)
+    masses = real_numbers("measures", measures)
     if masses.shape != shape:
         raise ValueError(f"measures must hold one number per piece, shape {shape}, got {masses.shape}")
     wrong = ~((masses >= 0) & np.isfinite(masses))
@@ -418,7 +419,7 @@ def _masses(measures: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
 
 def _points_of(name: str, points: ArrayLike, d: int) -> NDArray[np.float64]:
     """Points (n, d) or (sets, n, d); for d = 1 (n,) counts as (n, 1)."""
-    x = np.asarray(points, dtype=np.float64)
+    x = real_numbers(name, points)
     x = x[:, None] if x.ndim == d == 1 else x
     if x.ndim not in (2, 3) or x.shape[-1] != d or x.size == 0:
         raise ValueError(f"{name} must have shape (n, {d}) or (sets, n, {d}) with n ≥ 1, got {x.shape}")
