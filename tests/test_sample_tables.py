@@ -1,10 +1,14 @@
 """Sample tables: made as the designs and rules say, and the same after a trip to disk."""
 
+import os
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 import voroquad as vq
-from voroquad.sample_tables import kept_table
+from voroquad._support.npz import write_npz
+from voroquad.sample_tables import Recipe, _save
 
 
 @pytest.fixture
@@ -159,35 +163,94 @@ def test_equal_weights_have_no_limit_of_dimension():
     np.testing.assert_array_equal(table.points, vq.sample("sobol", n=8, d=6, sets=3, rng=1).points)
 
 
-RECIPE = {"design": "stratified", "n": 16, "d": 2, "sets": 5, "order": 0, "debias": "none", "rng": 1}
+RECIPE = Recipe("stratified", n=16, d=2, sets=5, seed=1)
 
 
-def test_kept_tables_are_made_once(tmp_path, monkeypatch):
+@pytest.fixture
+def cache(tmp_path, monkeypatch):
     monkeypatch.setenv("VOROQUAD_CACHE_DIR", str(tmp_path))
-    made = kept_table(**RECIPE, periodic=False, weighted=True)
-    again = kept_table(**RECIPE, periodic=False, weighted=True)
+    return tmp_path
+
+
+def test_kept_tables_are_made_once(cache):
+    made, again = RECIPE.kept(), RECIPE.kept()
     assert isinstance(again.points, np.memmap)
     assert not isinstance(made.points, np.memmap)
     np.testing.assert_array_equal(again.weights, made.weights)
-    np.testing.assert_array_equal(made.weights, vq.SampleTable.make(**RECIPE).weights)
+    np.testing.assert_array_equal(made.weights, vq.SampleTable.make("stratified", 16, 2, 5, rng=1).weights)
     # What changes a table changes its file
-    kinds = [kept_table(**RECIPE | change, periodic=False, weighted=True) for change in
-             ({"n": 9}, {"sets": 4}, {"rng": 2}, {"debias": "leave-one-out"}, {"design": "uniform"})]  # fmt: skip
-    kinds += [kept_table(**RECIPE, periodic=p, weighted=w) for p, w in ((True, True), (False, False))]
-    assert len(list((tmp_path / "tables-v1").iterdir())) == 8
-    assert len({k.weights.tobytes() + k.points.tobytes() for k in [made, *kinds]}) == 8
+    changes = [
+        {"n": 9}, {"sets": 4}, {"seed": 2}, {"debias": "leave-one-out"}, {"debias": "bias-function"},
+        {"design": "uniform"}, {"periodic": True}, {"weighted": False},
+    ]  # fmt: skip
+    kinds = [replace(RECIPE, **change).kept() for change in changes]
+    assert len(list(cache.glob("tables-v*/*"))) == 9
+    assert len({k.weights.tobytes() + k.points.tobytes() for k in [made, *kinds]}) == 9
+    for change, kind in zip(changes, kinds, strict=True):
+        found = replace(RECIPE, **change).kept()
+        assert isinstance(found.points, np.memmap), change
+        np.testing.assert_array_equal(found.weights, kind.weights)
 
 
 @pytest.mark.parametrize("damage", ["text", "cut"])
-def test_a_kept_table_that_is_damaged_is_made_again(tmp_path, monkeypatch, table, damage):
-    monkeypatch.setenv("VOROQUAD_CACHE_DIR", str(tmp_path))
-    made = kept_table(**RECIPE, periodic=False, weighted=True)
-    (path,) = tmp_path.rglob("*.npz")
+def test_a_kept_table_that_is_damaged_is_made_again(cache, table, damage):
+    made = RECIPE.kept()
+    (path,) = cache.rglob("*.npz")
     _damage(path, damage, table)
-    np.testing.assert_array_equal(kept_table(**RECIPE, periodic=False, weighted=True).points, made.points)
+    np.testing.assert_array_equal(RECIPE.kept().points, made.points)
+
+
+def _shuffled(made):
+    return vq.SampleTable(made.points[:, ::-1] * [1, 0.5], made.weights, made.design)
+
+
+@pytest.mark.parametrize(
+    "other",
+    [
+        lambda made: vq.SampleTable(made.points, np.full_like(made.weights, 7), made.design),
+        lambda made: vq.SampleTable(made.points[:1], made.weights[:1], made.design),
+        lambda made: vq.SampleTable.make("uniform", 16, 2, 5, rng=1),
+        lambda made: vq.SampleTable.make("stratified", 16, 2, 5, debias="leave-one-out", rng=1),
+        _shuffled,
+    ],
+)
+@pytest.mark.parametrize("claims", [True, False])
+def test_a_file_that_holds_something_else_is_not_taken(cache, other, claims):
+    made = RECIPE.kept()
+    (path,) = cache.rglob("*.npz")
+    wrong = other(made)
+    if claims and wrong.debias == made.debias:  # with the right recipe, so that its contents must tell
+        _save(wrong, path, RECIPE._text())
+    else:
+        wrong.save(path)
+    found = RECIPE.kept()
+    np.testing.assert_array_equal(found.points, made.points)
+    np.testing.assert_array_equal(found.weights, made.weights)
+
+
+@pytest.mark.skipif(not hasattr(os, "geteuid"), reason="POSIX permissions")
+def test_a_file_that_others_may_write_or_own_is_not_taken(cache, monkeypatch):
+    made = RECIPE.kept()
+    (path,) = cache.rglob("*.npz")
+    path.chmod(0o666)
+    assert not isinstance(RECIPE.kept().points, np.memmap)  # made anew, and kept
+    path.chmod(0o644)
+    assert isinstance(RECIPE.kept().points, np.memmap)
+    monkeypatch.setattr(os, "geteuid", lambda: os.getuid() + 1)
+    again = RECIPE.kept()
+    assert not isinstance(again.points, np.memmap)
+    np.testing.assert_array_equal(again.points, made.points)
 
 
 def test_a_cache_that_cannot_be_written_is_no_failure(tmp_path, monkeypatch):
     (tmp_path / "file").write_text("")
     monkeypatch.setenv("VOROQUAD_CACHE_DIR", str(tmp_path / "file"))
-    assert kept_table(**RECIPE, periodic=False, weighted=True).n == 16
+    assert RECIPE.kept().n == 16
+
+
+def test_tables_of_version_0_1_0_still_open(tmp_path, table):
+    table.save(tmp_path / "t.npz")
+    with np.load(tmp_path / "t.npz") as file:
+        old = {name: file[name] for name in ("points", "weights", "design", "order", "debias")}
+    write_npz(tmp_path / "old.npz", old)
+    np.testing.assert_array_equal(vq.SampleTable.load(tmp_path / "old.npz").points, table.points)

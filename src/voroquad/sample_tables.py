@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import contextlib
+import json
 import os
-import struct
-import zipfile
-import zlib
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from ._support.cache import cache_directory, is_own
 from ._support.checks import positive_int
-from ._support.files import atomic_path
-from .designs.sampling import Rng, sample
+from ._support.npz import map_npz, write_npz
+from .designs.sampling import Rng, as_sample_set, sample
 from .geometry.cells import cells
-from .rules.bias_tables import cache_directory
 from .rules.registry import default_order, find_rule, weights
 
 
@@ -158,16 +156,7 @@ class SampleTable:
 
         ``numpy.load`` reads it; the arrays start at multiples of 64 bytes, so that :meth:`load` can map them.
         """
-        members = {
-            "points": self.points,
-            "weights": self.weights,
-            "design": np.array(self.design),
-            "order": np.array(self.order),
-            "debias": np.array(self.debias),
-        }
-        with atomic_path(_npz(path)) as temporary, zipfile.ZipFile(temporary, "w") as archive:
-            for name, array in members.items():
-                _write_aligned(archive, name + ".npy", np.asarray(array, order="C"))
+        _save(self, _npz(path))
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> SampleTable:
@@ -192,34 +181,59 @@ class SampleTable:
         ValueError
             The file is no table or is damaged.
         """
-        path = _npz(path)
-        try:
-            with zipfile.ZipFile(path) as archive, path.open("rb") as file:
-                mapped = {name: _map(archive, file, name + ".npy") for name in ("points", "weights")}
-            with np.load(path, allow_pickle=False) as small:
-                table = cls(
-                    **mapped, design=str(small["design"]), order=small["order"].item(), debias=str(small["debias"])
-                )
-        except FileNotFoundError:
-            raise
-        except Exception as error:  # a damaged archive fails in as many ways as zipfile and numpy have parts
-            raise ValueError(f"{os.fspath(path)!r} is no sample table or is damaged ({error}); make it again") from None
-        _check_contents(table, path)
+        table, _ = _load(_npz(path))
         return table
 
 
-def kept_table(
-    design: str, n: int, d: int, sets: int, order: int, debias: str, rng: int, *, periodic: bool, weighted: bool
-) -> SampleTable:
-    """The table of :meth:`SampleTable.make` with these arguments, from the cache directory if it is there."""
-    kind = "plain" if not weighted else "circle" if periodic else f"{order}-{debias}"
-    path = cache_directory() / f"tables-v{_FORMAT}" / f"{design}-n{n}-d{d}-sets{sets}-{kind}-seed{rng}.npz"
-    with contextlib.suppress(OSError, ValueError):
-        return SampleTable.load(path)
-    table = SampleTable.make(design, n, d, sets, order, debias, rng, periodic=periodic, weighted=weighted)
-    with contextlib.suppress(OSError):  # a cache is a convenience: a full or read-only disk is no failure
-        table.save(path)
-    return table
+@dataclass(frozen=True)
+class Recipe:
+    """How a table is made: the arguments of :meth:`SampleTable.make`."""
+
+    design: str
+    n: int
+    d: int
+    sets: int
+    order: int | str = 0
+    debias: str = "none"
+    seed: int = 0
+    periodic: bool = False
+    weighted: bool = True
+
+    def make(self) -> SampleTable:
+        """Make the table."""
+        return SampleTable.make(
+            self.design, self.n, self.d, self.sets, self.order, self.debias, self.seed,
+            periodic=self.periodic, weighted=self.weighted,
+        )  # fmt: skip
+
+    def kept(self) -> SampleTable:
+        """The table, from the cache directory if it is there; else it is made and kept there."""
+        path = cache_directory() / f"tables-v{_FORMAT}" / f"{self._name()}.npz"
+        with contextlib.suppress(OSError, ValueError):
+            table, recipe = _load(path)
+            if is_own(path) and recipe == self._text() and self.fits(table):
+                return table
+        table = self.make()
+        with contextlib.suppress(OSError):  # a cache is a convenience: a full or read-only disk is no failure
+            _save(table, path, self._text())
+        return table
+
+    def fits(self, table: SampleTable) -> bool:
+        """Whether a table can be of this recipe, by its shape, the design of its points and the sums of weights."""
+        if table.points.shape != (self.sets, self.n, self.d):
+            return False
+        as_sample_set(table.points, self.design)  # raises ValueError where they are not
+        sums = table.weights.sum(axis=1)
+        if self.weighted and self.debias == "bias-function":  # these sum to 1 on average only
+            return bool(abs(sums.mean() - 1) < 0.5)
+        return bool(np.allclose(sums, 1, rtol=0, atol=1e-9))
+
+    def _text(self) -> str:
+        return json.dumps(asdict(self))
+
+    def _name(self) -> str:
+        kind = "plain" if not self.weighted else "circle" if self.periodic else f"{self.order}-{self.debias}"
+        return f"{self.design}-n{self.n}-d{self.d}-sets{self.sets}-{kind}-seed{self.seed}"
 
 
 def make_file(
@@ -234,12 +248,7 @@ def make_file(
 # ---------------------------------------------------------------------- the file
 
 #: Part of the name of the cache's folder; raise it when points, weights or layout change.
-_FORMAT = 1
-_ALIGNMENT = 64
-_LOCAL_HEADER = 30  # bytes of a zip member's local header before its name
-_ZIP64_FIELD = 20  # bytes of the extra field that Python writes for members that may exceed 4 GiB
-_FIELD_HEADER = 4  # bytes of an extra field before its contents: identifier, size
-_PADDING_FIELD = 0xD935  # identifier of the extra field of zero bytes that aligns a member
+_FORMAT = 2
 
 
 def _npz(path: str | os.PathLike[str]) -> Path:
@@ -247,38 +256,28 @@ def _npz(path: str | os.PathLike[str]) -> Path:
     return path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
 
 
-def _write_aligned(archive: zipfile.ZipFile, name: str, array: NDArray[Any]) -> None:
-    """Append `array`, stored as it is, so that its .npy file starts at a multiple of 64 bytes.
-
-    The .npy header is itself a multiple of 64 bytes long, so the data are aligned too.
-    """
-    assert archive.fp is not None
-    start = archive.fp.tell() + _LOCAL_HEADER + len(name) + _ZIP64_FIELD + _FIELD_HEADER
-    padding = -start % _ALIGNMENT
-    member = zipfile.ZipInfo(name)
-    member.extra = struct.pack("<HH", _PADDING_FIELD, padding) + bytes(padding)
-    with archive.open(member, "w", force_zip64=True) as file:
-        np.lib.format.write_array(file, array, allow_pickle=False)
+def _save(table: SampleTable, path: Path, recipe: str = "") -> None:
+    """Write a table, and the recipe that it was made by."""
+    small = {"design": table.design, "order": table.order, "debias": table.debias, "recipe": recipe}
+    write_npz(path, {"points": table.points, "weights": table.weights, **small})
 
 
-def _map(archive: zipfile.ZipFile, file: IO[bytes], name: str) -> NDArray[np.float64]:
-    """Map a stored member's array into memory; ValueError where its bytes are not those that were written."""
-    member = archive.getinfo(name)
-    if member.compress_type != zipfile.ZIP_STORED:
-        raise ValueError(f"{name} is compressed")
-    file.seek(member.header_offset)
-    name_length, extra_length = struct.unpack("<HH", file.read(_LOCAL_HEADER)[26:])
-    start = member.header_offset + _LOCAL_HEADER + name_length + extra_length
-    if zlib.crc32(np.memmap(file, np.uint8, "r", offset=start, shape=(member.file_size,)).data) != member.CRC:
-        raise ValueError(f"the checksum of {name} is wrong")
-    file.seek(start)
-    version = np.lib.format.read_magic(file)
-    if version != (1, 0):
-        raise ValueError(f"{name} has version {version} of the .npy format")
-    shape, fortran, dtype = np.lib.format.read_array_header_1_0(file)
-    if fortran or dtype != np.float64:
-        raise ValueError(f"{name} is not a C-ordered float64 array")
-    return np.memmap(file, dtype, "r", offset=file.tell(), shape=shape)
+def _load(path: Path) -> tuple[SampleTable, str]:
+    """Open a table, and the recipe that it was made by; '' where it is not known."""
+    try:
+        mapped = map_npz(path, ("points", "weights"))
+        with np.load(path, allow_pickle=False) as small:
+            design, order, debias = (small[name].item() for name in ("design", "order", "debias"))
+            recipe = small["recipe"].item() if "recipe" in small else ""
+        table = SampleTable(**mapped, design=design, order=order, debias=debias)
+    except FileNotFoundError:
+        raise
+    except Exception as error:  # a damaged archive fails in as many ways as zipfile and numpy have parts
+        raise ValueError(
+            f"{os.fspath(path)!r} is not a valid sample table or is damaged ({error}); make it again"
+        ) from None
+    _check_contents(table, path)
+    return table, recipe
 
 
 def _check_contents(table: SampleTable, path: Path) -> None:

@@ -19,7 +19,7 @@ import numpy as np
 from .._support.checks import thread_count
 from .._support.units import Advance, Array, File, Pool, Series
 from .._support.version import __version__
-from ..sample_tables import SampleTable, kept_table
+from ..sample_tables import Recipe, SampleTable
 from .accumulation import Footprint, Pass
 from .dependencies import file_hashes, scene_files
 from .errors import one_line_errors
@@ -177,9 +177,9 @@ class Camera:
             yield self._footprint.whole(strips(), bands, self.integrator.channels(film)), seconds
 
 
-def table_of(recipe: dict[str, Any]) -> SampleTable:
-    """The table of a recipe; one of a kind, that of seed 0, is worth its place on disk."""
-    return kept_table(**recipe) if recipe["rng"] == 0 else SampleTable.make(**recipe)
+def table_of(recipe: Recipe) -> SampleTable:
+    """The table of a recipe. Only that of seed 0 of each kind is kept on disk."""
+    return recipe.kept() if recipe.seed == 0 else recipe.make()
 
 
 def _band(shot: Shot, table: SampleTable | None, shape: tuple[int, ...], spp: int, seed: int, k: int) -> Array:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from typing import Any
 
 import drjit as dr
@@ -15,7 +16,7 @@ from ..designs.design import DESIGNS
 from ..designs.sampling import SampleSet, sample
 from ..geometry.cells import cells
 from ..rules.registry import DEBIAS, MAX_ORDER, find_rule, weights
-from ..sample_tables import SampleTable
+from ..sample_tables import Recipe, SampleTable
 from .accumulation import quotient
 from .bands import table_of
 from .blend import TILE, Floats
@@ -122,9 +123,9 @@ class Reweighted(Plain):
             self.samples = _count(props, "samples")
             self._recipe = _recipe(props, self.domain, self.weighted)
         else:
-            self.samples, self._recipe = self._file.n, {}
-        self.tabled = self._recipe.get("design") != SCENE
-        sets = self._file.sets if self._file else self._recipe["sets"]
+            self.samples, self._recipe = self._file.n, _recipe_of(self._file)
+        self.tabled = self._recipe.design != SCENE
+        sets = self._recipe.sets
         if self.blend and sets == 1:
             raise ValueError("sets must be 2 or more for blend='auto', got 1; or set blend to 'off'")
         self._n = 0  # samples of a set of the table at hand
@@ -148,10 +149,10 @@ class Reweighted(Plain):
             self._upload(self._file or table_of(self.recipe(n)))
         return sampler, spp
 
-    def recipe(self, n: int, seed: int | None = None) -> dict[str, Any]:
+    def recipe(self, n: int, seed: int | None = None) -> Recipe:
         """How to make the table for sets of n samples: with the seed of the properties, or another."""
-        sets = self._recipe["sets"] or max(64, min(1024, TABLE_SIZE // n))
-        return self._recipe | {"n": n, "sets": sets} | ({} if seed is None else {"rng": seed})
+        sets = self._recipe.sets or max(64, min(1024, TABLE_SIZE // n))
+        return replace(self._recipe, n=n, sets=sets, seed=self._recipe.seed if seed is None else seed)
 
     def take(self, table: SampleTable) -> None:
         """Take another table from the next render on."""
@@ -225,7 +226,7 @@ class Reweighted(Plain):
         factors = np.empty(points.shape[:2], np.float32)
         parts = max(1, points.size // _AT_ONCE)
         for own, sets in zip(np.array_split(factors, parts), np.array_split(points, parts), strict=True):
-            measures = cells(sets, periodic=True).measures if self._recipe["periodic"] else weights(sets)
+            measures = cells(sets, periodic=True).measures if self._recipe.periodic else weights(sets)
             np.multiply(measures, points.shape[1], out=own, casting="same_kind")
         return factors
 
@@ -314,33 +315,34 @@ def _names(name: str, text: str, known: Iterable[str]) -> list[str]:
     return [one_of(name, part.strip(), known) for part in text.split(",") if part.strip()]
 
 
-def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> dict[str, Any]:
-    """How to make the table, but for the size of its sets."""
-    recipe: dict[str, Any] = {
-        "design": one_of("sampler", read_property(props, "sampler", "stratified"), (*DESIGNS, SCENE)),
-        "d": domain.dimension,
-        "sets": _count(props, "sets"),
-        "order": read_property(props, "order", 0),
-        "debias": read_property(props, "debias", "none"),
-        "rng": read_property(props, "table_seed", 0),
-    }
-    order, debias = recipe["order"], one_of("debias", recipe["debias"], DEBIAS)
+def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> Recipe:
+    """How to make the table. The size n of its sets, and their number where it is 0, are settled when rendering."""
+    design = one_of("sampler", read_property(props, "sampler", "stratified"), (*DESIGNS, SCENE))
+    order, seed = read_property(props, "order", 0), read_property(props, "table_seed", 0)
+    debias = one_of("debias", read_property(props, "debias", "none"), DEBIAS)
     if not 0 <= order <= MAX_ORDER:
         raise ValueError(f"order must be a whole number from 0 to {MAX_ORDER}, got {order}")
-    if recipe["rng"] < 0:
-        raise ValueError(f"table_seed must be at least 0, got {recipe['rng']}")
+    if seed < 0:
+        raise ValueError(f"table_seed must be at least 0, got {seed}")
     cellular = (order, debias) == (0, "none")
-    recipe["periodic"] = domain.periodic and cellular
-    if weighted and recipe["design"] == SCENE and not cellular:
+    if weighted and design == SCENE and not cellular:
         raise ValueError(
             f"sampler='scene' has order 0 and debias 'none' only, got order={order}, debias={debias!r}; "
             "name a design such as 'stratified' for other rules"
         )
     # Whether the rule exists does not depend on n: say so before anything is rendered
-    drawn = _small_set(recipe["design"], domain.dimension)
+    drawn = _small_set(design, domain.dimension)
     if weighted:
         find_rule(drawn, order, debias)
-    return recipe | {"weighted": weighted}
+    return Recipe(
+        design, 0, domain.dimension, _count(props, "sets"), order, debias, seed,
+        periodic=domain.periodic and cellular, weighted=weighted,
+    )  # fmt: skip
+
+
+def _recipe_of(table: SampleTable) -> Recipe:
+    """What is known of how a table in a file was made."""
+    return Recipe(table.design, table.n, table.d, table.sets, table.order, table.debias)
 
 
 def _small_set(design: str, d: int) -> SampleSet:

@@ -1,0 +1,26 @@
+"""The directory of files that are made once and reused."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+import platformdirs
+
+
+def cache_directory() -> Path:
+    """The directory that VOROQUAD_CACHE_DIR names, else the user's cache directory of the platform."""
+    chosen = os.environ.get("VOROQUAD_CACHE_DIR")
+    return Path(chosen) if chosen else platformdirs.user_cache_path("voroquad", appauthor=False)
+
+
+def is_own(path: Path) -> bool:
+    """Whether a file belongs to this user and nobody else may write it.
+
+    A cache directory can be shared or writable for everyone, as in /tmp. Files of others are not trusted.
+    """
+    if not hasattr(os, "geteuid"):  # Windows, where the cache directory is the user's own
+        return True
+    status = path.stat()
+    return status.st_uid == os.geteuid() and not status.st_mode & stat.S_IWOTH
