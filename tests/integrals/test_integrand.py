@@ -29,8 +29,9 @@ def test_the_map_goes_through_the_whole_interval():
     """Strictly upwards, from one limit to the other; those at infinity are left out."""
     u = np.concatenate([[0.0], np.geomspace(1e-12, 0.5, 50), 1 - np.geomspace(0.4, 1e-12, 50), [1.0]])[None]
     for a, b in [(-1.5, 2.0), (0.5, np.inf), (-np.inf, 0.5), (-np.inf, np.inf)]:
-        (x,), _ = Integrand(lambda x: x[0], a, b).pull_back(u)
+        (x,), jacobian = Integrand(lambda x: x[0], a, b).pull_back(u)
         assert np.isfinite(x).all()
+        assert (np.isfinite(jacobian) & (jacobian > 0)).all()
         assert (np.diff(x) >= 0).all()
         assert (np.diff(x[1:-1]) > 0).all()
         assert x[0] == pytest.approx(a, abs=1e-15) if np.isfinite(a) else x[0] < -1e15

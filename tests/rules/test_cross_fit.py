@@ -85,3 +85,25 @@ def test_needs_two_sets_of_a_randomised_design():
 def test_coinciding_points_give_no_nan():
     points = np.full((3, 20, 2), 0.25)
     assert np.isfinite(fit_replicates(points, 2, 1)).all()
+
+
+def test_the_guard_knows_nothing_of_the_replicate_that_is_left_out():
+    """In a box f̂ is one polynomial, here of degree 2 at most, whatever the order that the guard leaves it with.
+
+    So two sets of points in the box with the same sums of x and of x² count alike. The other replicate lies at two
+    places a and b, up to a distance that shrinks: at zero, (x − a)(x − b) is free. It is largest beside the centre of
+    the box, where the guard looks, and one of the two sets has points there.
+    """
+    a, b, centre, n = 0.375, 0.53, 0.4375, 8
+    far, near = 0.04, 0.01
+    farther = math.sqrt(2 * far**2 - near**2)
+    one = centre + np.repeat([-far, far], 4)[:, None]
+    other = centre + np.repeat([-near, near, -farther, farther], 2)[:, None]
+    place, spread = np.repeat([a, b], 4)[:, None], np.random.default_rng(1).uniform(-1, 1, (n, 1))
+    largest = []
+    for distance in np.geomspace(2e-3, 1e-4, 301):  # one per cent from one to the next
+        samples = place + distance * spread
+        shares, again = (fit_replicates(np.stack([x, samples]), 2, 1)[0, 1] for x in (one, other))
+        np.testing.assert_allclose(shares, again, rtol=0, atol=1e-10 * abs(shares).max())
+        largest.append(abs(shares).max())
+    assert largest[-1] < 1 < largest[0]  # the guard leaves the order where samples are apart, and lowers it else

@@ -56,6 +56,15 @@ def test_stratified_points_may_come_in_any_order():
     np.testing.assert_array_equal(w, vq.weights(s, debias="exchange")[shuffle])
 
 
+@pytest.mark.parametrize(("d", "order"), [(1, 0), (2, "kriging"), (4, "kriging")])
+def test_the_default_order_of_uniform_samples(d, order):
+    """Kriging, but on a line, where the gaps between independent samples are too wide for predictions across them."""
+    s = vq.sample("uniform", 40, d, rng=1)
+    for debias in ("auto", "leave-one-out"):
+        expected = vq.weights(s, order=order, debias=debias)
+        np.testing.assert_array_equal(vq.weights(s, order="auto", debias=debias), expected)
+
+
 def test_strided_and_integer_input():
     points = np.random.default_rng(0).random((2, 30))
     np.testing.assert_array_equal(vq.weights(points.T), vq.weights(points.T.copy()))

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 
+from voroquad.study import convergence
 from voroquad.study.convergence import (
     METHODS_1D,
     METHODS_2D,
@@ -105,6 +106,17 @@ def test_a_seed_gives_the_same_numbers_whatever_else_runs():
     alone = measure(METHODS_1D, [smooth], [16], replicates=3, seed=1)
     assert [m for m in both if m.integrand == "smooth" and m.n == 16] == alone
     assert measure(METHODS_1D, [smooth], [16], replicates=3, seed=2) != alone
+
+
+def test_blocks_of_replicates_are_different(monkeypatch):
+    """Twice the same block would leave the mean error as it is."""
+    monkeypatch.setattr(convergence, "UNIT_SETS", 8)
+    (one,), (two,) = (
+        measure([METHODS["uniform"]], [INTEGRANDS["smooth"]], [8], replicates=replicates, seed=1)
+        for replicates in (4, 8)  # doubled where sets are small
+    )
+    assert (one.replicates, two.replicates) == (8, 16)
+    assert two.bias != pytest.approx(one.bias, rel=1e-3)
 
 
 def test_sizes_and_replicates():
