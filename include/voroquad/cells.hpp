@@ -1,4 +1,4 @@
-// voroquad/cells.hpp: Voronoi cells of points in the unit box or torus, one by one.
+// voroquad/cells.hpp: Voronoi cells of points in a box or on a torus, one by one.
 //
 // A cell is what is left of the domain after the half-space nearer to each other point has
 // been cut away. Nearest points come first; once every vertex of the cell is closer than half
@@ -40,8 +40,8 @@ public:
     // Calls visit(site, cell) for the sites of families of leaves that follow each other in the
     // tree. The cell's coordinates are relative to its site.
     template <class Visit>
-    void cut_families(const PointTree<D> &tree, Domain domain, std::size_t first, std::size_t last,
-                      Visit &&visit) {
+    void cut_families(const PointTree<D> &tree, const Bounds<D> &domain, std::size_t first,
+                      std::size_t last, Visit &&visit) {
         tree_ = &tree;
         domain_ = domain;
         far_sites_.clear();
@@ -83,16 +83,17 @@ private:
         }
     }
 
-    // A site, or its image by a whole turn of the torus; where it bounded another family's cell, it
-    // may be one of this family
+    // A site, or its image one period away; where it bounded another family's cell, it may be one
+    // of this family
     struct FarSite {
         std::size_t site;
         Point<D> turn;
         bool operator==(const FarSite &) const = default;
     };
+    using Turns = std::array<Turn, D>;
     Point<D> seen(const FarSite &far) const {
         Point<D> q = tree_->site(far.site);
-        for (int a = 0; a < D; ++a) q[a] = Turn(far.turn[a]).way(q[a], site_[a]);
+        for (int a = 0; a < D; ++a) q[a] = domain_.turn(a, far.turn[a]).way(q[a], site_[a]);
         return q;
     }
 
@@ -189,18 +190,24 @@ private:
 
     // Whether a site of a leaf may have a mirror image among its nearest points
     bool may_mirror(const Box<D> &leaf) const {
-        double to_side = 0.5;
-        if (domain_ == Domain::box)
-            for (int a = 0; a < D; ++a) to_side = std::min({to_side, leaf.lo[a], 1.0 - leaf.hi[a]});
+        double to_side = std::numeric_limits<double>::infinity();
+        for (int a = 0; a < D; ++a) {
+            const auto &[lo, hi] = domain_.box;
+            const double near = domain_.periodic[a]
+                                    ? 0.5 * domain_.side(a)
+                                    : std::min(leaf.lo[a] - lo[a], hi[a] - leaf.hi[a]);
+            to_side = std::min(to_side, near);
+        }
         return 4.0 * to_side * to_side < near2_;
     }
 
     void move_to(std::size_t s) {
         site_ = tree_->site(s);
         for (int a = 0; a < D; ++a) {
-            // On the torus the site's own images leave a box around it
-            side_.lo[a] = domain_ == Domain::box ? -site_[a] : -0.5;
-            side_.hi[a] = domain_ == Domain::box ? 1.0 - site_[a] : 0.5;
+            // On periodic axes the site's own images leave a period around it
+            const double half = 0.5 * domain_.side(a);
+            side_.lo[a] = domain_.periodic[a] ? -half : domain_.box.lo[a] - site_[a];
+            side_.hi[a] = domain_.periodic[a] ? half : domain_.box.hi[a] - site_[a];
         }
     }
 
@@ -306,21 +313,21 @@ private:
         // Where distances differ by no more than their rounding, gains still tell. (All points of a
         // line across the way to v are about as far as the site.)
         const double doubt = 4e-14 * v2 + 4e-15 * std::sqrt(v2);
-        const auto visit_leaf = [&](std::size_t leaf, const Point<D> &turn) {
+        const auto visit_leaf = [&](std::size_t leaf, const Point<D> &turn, const Turns &along) {
             if (is_own(leaf) && turn == Point<D>{}) return;
             const std::size_t end = tree_->leaf_begin(leaf + 1);
             for (std::size_t s = tree_->leaf_begin(leaf); s < end; s += width) {
                 const std::array<Vector, D> p = tree_->vectors(s);
                 std::array<Vector, D> q;
-                Vector q2{}, size{}, along{};
+                Vector q2{}, size{}, to_v{};
                 for (int a = 0; a < D; ++a) {
-                    q[a] = Turn(turn[a]).way(p[a], site_[a]);
+                    q[a] = along[a].way(p[a], site_[a]);
                     const Vector large = magnified * q[a];
                     q2 += large * q[a];
                     size += larger(large, -large);
-                    along += large * v[a];
+                    to_v += large * v[a];
                 }
-                const Vector more = along - 0.5 * q2;
+                const Vector more = to_v - 0.5 * q2;
                 const Mask significant = (more > gain) & (more > rounding * size);
                 // Vectors may reach into the next leaf, how far depends on their width; of sites
                 // that gain the same, all must find the same one
@@ -333,29 +340,31 @@ private:
         };
         around_.for_each_turn(
             std::numeric_limits<double>::infinity(), [&](const Point<D> &turn, bool) {
+                Turns along;
                 Box<D> at; // where the vertex is, whatever rounding does
                 for (int a = 0; a < D; ++a) {
-                    const double place = (site_[a] - turn[a]) + v[a];
-                    const double rounding = 0x1p-52 * (std::abs(turn[a]) + std::abs(place));
-                    at.lo[a] = place - rounding;
-                    at.hi[a] = place + rounding;
+                    along[a] = domain_.turn(a, turn[a]);
+                    const double place = along[a].home(site_[a]) + v[a];
+                    const double error = along[a].rounding() + 0x1p-52 * std::abs(place);
+                    at.lo[a] = place - error;
+                    at.hi[a] = place + error;
                 }
                 const auto worth = [&](double distance2, const Box<D> &box) {
-                    return distance2 < bound() - doubt || may_gain(box, turn, v, rounding);
+                    return distance2 < bound() - doubt || may_gain(box, along, v, rounding);
                 };
-                tree_->search(at, bound, worth, [&](std::size_t leaf) { visit_leaf(leaf, turn); });
+                tree_->search(at, bound, worth,
+                              [&](std::size_t leaf) { visit_leaf(leaf, turn, along); });
             });
         return nearest;
     }
 
     // Whether a site in a box may gain more at v than rounding can: q·v - |q|²/2 is at most the sum
     // of what each coordinate of q can gain.
-    bool may_gain(const Box<D> &box, const Point<D> &turn, const Point<D> &v,
-                  double rounding) const {
+    bool may_gain(const Box<D> &box, const Turns &along, const Point<D> &v, double rounding) const {
         double most = 0.0, least = 0.0;
         for (int a = 0; a < D; ++a) {
-            const Turn along(turn[a]);
-            const double lo = along.way(box.lo[a], site_[a]), hi = along.way(box.hi[a], site_[a]);
+            const double lo = along[a].way(box.lo[a], site_[a]);
+            const double hi = along[a].way(box.hi[a], site_[a]);
             const double best = std::clamp(v[a], lo, hi);
             most += magnified * best * (v[a] - 0.5 * best);
             least += magnified * std::max({lo, -hi, 0.0});
@@ -384,7 +393,7 @@ private:
     };
 
     const PointTree<D> *tree_ = nullptr;
-    Domain domain_ = Domain::box;
+    Bounds<D> domain_ = Domain::box;
     Neighbourhood<D> around_;
     PointList<D> near_;                  // of those around a leaf of the family the nearest
     std::vector<Wanted> again_;          // with more points
@@ -414,8 +423,8 @@ struct CellWorkspace<1> {
 
 // Calls visit(site, cell, worker) for every distinct point in parallel, along the tree's curve.
 template <int D, class Visit, class Pause = NoPause>
-void for_each_cell(CellWorkspace<D> &work, Domain domain, unsigned threads, Visit &&visit,
-                   Pause &&pause = {}) {
+void for_each_cell(CellWorkspace<D> &work, const BoundsOf<D> &domain, unsigned threads,
+                   Visit &&visit, Pause &&pause = {}) {
     if (work.cutters.size() < threads) work.cutters.resize(threads);
     const auto cut_families = [&](std::size_t begin, std::size_t end, unsigned worker) {
         work.cutters[worker].cut_families(
@@ -429,7 +438,7 @@ void for_each_cell(CellWorkspace<D> &work, Domain domain, unsigned threads, Visi
 
 // Lengths, areas or volumes of the cells. Points that coincide share their cell equally.
 template <int D, class Pause = NoPause>
-void cell_measures(const PointView<D> &points, Domain domain, double *measures,
+void cell_measures(const PointView<D> &points, const BoundsOf<D> &domain, double *measures,
                    CellWorkspace<D> &work, unsigned threads = 1, Pause &&pause = {}) {
     if constexpr (D == 1) {
         cell_lengths(points, domain, measures, work.ranked);
@@ -449,11 +458,11 @@ void cell_measures(const PointView<D> &points, Domain domain, double *measures,
     }
 }
 
-// Measures of independent sets of n points of [0,1]^D each; set(s) is the PointView of one. In
+// Measures of independent sets of n points each; set(s) is the PointView of one. In
 // parallel over sets where there are enough of them and over cells elsewhere. Every measure
 // depends on its own set only: the result is the same to the last bit for any number of threads.
 template <int D, class Set, class Pause = NoPause>
-void cell_measures_of_sets(Set &&set, std::size_t sets, std::size_t n, Domain domain,
+void cell_measures_of_sets(Set &&set, std::size_t sets, std::size_t n, const Bounds<D> &domain,
                            double *measures, unsigned threads, Pause &&pause = {}) {
     if (sets >= 2 * std::size_t{threads} || n < 4096) {
         std::vector<CellWorkspace<D>> work(std::max(1u, threads));
@@ -476,14 +485,14 @@ void cell_measures_of_sets(Set &&set, std::size_t sets, std::size_t n, Domain do
 
 // The cells of a set in the plane as polygons: those of point i are
 // vertices[offsets[i]] … vertices[offsets[i+1] - 1], counter-clockwise, in the
-// coordinates of the points (on the torus a cell may reach beyond the unit square).
+// coordinates of the points (on periodic axes a cell may reach beyond the box).
 struct Polygons {
     std::vector<Point<2>> vertices;
     std::vector<std::size_t> offsets;
 };
 
 template <class Pause = NoPause>
-Polygons cell_polygons(const PointView<2> &points, Domain domain, Pause &&pause = {}) {
+Polygons cell_polygons(const PointView<2> &points, const Bounds<2> &domain, Pause &&pause = {}) {
     CellWorkspace<2> work;
     work.tree.build(points);
 
@@ -498,10 +507,8 @@ Polygons cell_polygons(const PointView<2> &points, Domain domain, Pause &&pause 
         const std::size_t begin = corners.size();
         for (std::size_t v = 0; v < cell.size(); ++v) {
             Point<2> corner = cell.vertex(v);
-            for (int a = 0; a < 2; ++a) {
-                corner[a] += site[a];
-                if (domain == Domain::box) corner[a] = std::clamp(corner[a], 0.0, 1.0);
-            }
+            for (int a = 0; a < 2; ++a) corner[a] += site[a];
+            corner = domain.clamped(corner);
             if (corners.size() == begin || corner != corners.back()) corners.push_back(corner);
         }
         if (corners.size() == begin) corners.push_back(site);

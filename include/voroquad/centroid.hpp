@@ -75,10 +75,10 @@ inline Point<3> centroid(const ConvexPolyhedron &cell) {
     return centroid.point();
 }
 
-// The centroids of all cells, in the coordinates of the points; on the torus they may lie
-// outside the unit box.
+// The centroids of all cells, in the coordinates of the points; on periodic axes they may lie
+// outside the box.
 template <int D, class Pause = NoPause>
-void cell_centroids(const PointView<D> &points, Domain domain, Point<D> *centroids,
+void cell_centroids(const PointView<D> &points, const BoundsOf<D> &domain, Point<D> *centroids,
                     unsigned threads = 1, Pause &&pause = {}) {
     if (points.size() == 0) return;
     CellWorkspace<D> work;
@@ -86,11 +86,8 @@ void cell_centroids(const PointView<D> &points, Domain domain, Point<D> *centroi
     const auto place = [&](std::size_t site, const auto &cell, unsigned) {
         Point<D> c = centroid(cell);
         const Point<D> origin = work.tree.site(site);
-        for (int a = 0; a < D; ++a) {
-            c[a] += origin[a];
-            if (domain == Domain::box) c[a] = std::clamp(c[a], 0.0, 1.0);
-        }
-        for (const std::size_t i : work.tree.points_at(site)) centroids[i] = c;
+        for (int a = 0; a < D; ++a) c[a] += origin[a];
+        for (const std::size_t i : work.tree.points_at(site)) centroids[i] = domain.clamped(c);
     };
     for_each_cell(work, domain, threads, place, pause);
 }

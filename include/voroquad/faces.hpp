@@ -11,7 +11,7 @@ namespace voroquad {
 
 // The faces of cell i are faces[i] … faces[i+1] - 1, and the corners of face f are
 // corners[begin[f]] … corners[begin[f+1] - 1], counter-clockwise from outside, in the
-// coordinates of the points (on the torus a cell may reach beyond the unit cube).
+// coordinates of the points (on periodic axes a cell may reach beyond the box).
 struct Polyhedra {
     std::vector<Point<3>> corners;
     std::vector<std::size_t> begin{0}, faces{0};
@@ -33,7 +33,7 @@ struct Polyhedra {
 };
 
 template <class Pause = NoPause>
-Polyhedra cell_polyhedra(const PointView<3> &points, Domain domain, Pause &&pause = {}) {
+Polyhedra cell_polyhedra(const PointView<3> &points, const Bounds<3> &domain, Pause &&pause = {}) {
     if (points.size() == 0) return {};
     CellWorkspace<3> work;
     work.tree.build(points);
@@ -48,10 +48,8 @@ Polyhedra cell_polyhedra(const PointView<3> &points, Domain domain, Pause &&paus
         cell.for_each_face([&](const std::vector<Point<3>> &corners, const Point<3> &) {
             face.clear();
             for (Point<3> corner : corners) {
-                for (int a = 0; a < 3; ++a) {
-                    corner[a] += site[a];
-                    if (domain == Domain::box) corner[a] = std::clamp(corner[a], 0.0, 1.0);
-                }
+                for (int a = 0; a < 3; ++a) corner[a] += site[a];
+                corner = domain.clamped(corner);
                 if (face.empty() || corner != face.back()) face.push_back(corner);
             }
             while (face.size() > 1 && face.back() == face.front()) face.pop_back();

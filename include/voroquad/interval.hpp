@@ -63,15 +63,16 @@ private:
     std::vector<std::uint32_t> begin_, bucket_;
 };
 
-// Intervals: [0,1) is split halfway between neighbouring distinct points; points that
-// coincide share their interval. `bounds`, where given, gets the ends of each point's
-// interval (unwrapped on the torus).
-inline void cell_lengths(const PointView<1> &points, Domain domain, double *lengths,
-                         RankedPoints &ranked, Point<2> *bounds = nullptr) {
+// Intervals: the domain is split halfway between neighbouring distinct points; points that
+// coincide share their interval. `ends`, where given, gets the ends of each point's interval
+// (unwrapped where the axis is periodic).
+inline void cell_lengths(const PointView<1> &points, const Bounds<1> &domain, double *lengths,
+                         RankedPoints &ranked, Point<2> *ends = nullptr) {
     const std::size_t n = points.size();
     ranked.sort(points);
     const auto at = [&](std::size_t rank) { return ranked.point(rank); };
 
+    const double lo = domain.box.lo[0], hi = domain.box.hi[0];
     const double first = n ? at(0) : 0.0, last = n ? at(n - 1) : 0.0;
     for (std::size_t begin = 0, end; begin < n; begin = end) {
         const double x = at(begin);
@@ -79,16 +80,16 @@ inline void cell_lengths(const PointView<1> &points, Domain domain, double *leng
 
         // The distance to the cell's two ends
         double below, above;
-        if (domain == Domain::box) {
-            below = begin > 0 ? 0.5 * (x - at(begin - 1)) : x;
-            above = end < n ? 0.5 * (at(end) - x) : 1.0 - x;
+        if (!domain.periodic[0]) {
+            below = begin > 0 ? 0.5 * (x - at(begin - 1)) : x - lo;
+            above = end < n ? 0.5 * (at(end) - x) : hi - x;
         } else {
-            below = 0.5 * (begin > 0 ? x - at(begin - 1) : x + (1.0 - last));
-            above = 0.5 * (end < n ? at(end) - x : first + (1.0 - x));
+            below = 0.5 * (begin > 0 ? x - at(begin - 1) : (x - lo) + (hi - last));
+            above = 0.5 * (end < n ? at(end) - x : (first - lo) + (hi - x));
         }
         for (std::size_t i = begin; i < end; ++i) {
             lengths[ranked.position(i)] = (below + above) / static_cast<double>(end - begin);
-            if (bounds) bounds[ranked.position(i)] = {x - below, x + above};
+            if (ends) ends[ranked.position(i)] = {x - below, x + above};
         }
     }
 }

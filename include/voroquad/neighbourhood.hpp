@@ -21,27 +21,15 @@ namespace voroquad {
 // first.
 inline constexpr double magnified = 0x1p1000;
 
-// A whole turn of the torus takes a point down, or the site that sees it instead of the point up:
-// what comes down lies in the upper half of the unit interval, where that is exact. (Points a hair
-// on either side of a seam would lose the digits of their distance otherwise.)
-struct Turn {
-    double point, site; // what is taken from them: 0 or 1
-    explicit Turn(double turn) : point(larger(-turn, 0.0)), site(larger(turn, 0.0)) {}
-
-    template <class Number>
-    Number way(Number to, double from) const {
-        return (to - point) - (from - site);
-    }
-};
-
-// Points side by side for vectors. On the torus each has the turn of the sites that see it.
+// Points side by side for vectors. Where an axis is periodic each has the turn of the sites that
+// see it.
 template <int D>
 class PointList {
 public:
     using Vectors = std::array<Vector, D>;
 
-    void clear(Domain domain) {
-        turned_ = domain == Domain::torus;
+    void clear(bool turned) {
+        turned_ = turned;
         size_ = 0;
     }
     void reserve(std::size_t n) {
@@ -106,24 +94,26 @@ private:
 };
 
 // All points within `reach` of a family of leaves, collected once for the sites in them. On
-// the torus a point that is near across a side counts with its image. Its own sites are the
+// periodic axes a point that is near across a side counts with its image. Its own sites are the
 // first of the points, in their order.
 template <int D>
 class Neighbourhood {
 public:
     // In a crowd the reach is shortened.
-    void collect(const PointTree<D> &tree, Domain domain, std::size_t family, double reach) {
+    void collect(const PointTree<D> &tree, const Bounds<D> &domain, std::size_t family,
+                 double reach) {
         tree_ = &tree;
-        domain_ = domain;
+        domain_ = &domain;
+        turned_ = domain.any_periodic();
         box_ = tree.family_box(family);
         first_ = tree.leaf_begin(tree.family_begin(family));
         const std::size_t first = tree.family_begin(family), last = tree.family_begin(family + 1);
         reach_ = reach;
         for (int attempt = 0; attempt < 8; ++attempt, reach_ *= 0.5) {
-            points_.clear(domain);
+            points_.clear(turned_);
             add_leaves(first, last);
             for_each_turn(reach_, [&](const Point<D> &turn, bool home) {
-                tree.within(box_.turned_back(turn), reach_ * reach_, [&](std::size_t l) {
+                tree.within(turned_back(turn), reach_ * reach_, [&](std::size_t l) {
                     if (!home || l < first || l >= last) add_leaf(l, turn);
                 });
             });
@@ -137,7 +127,7 @@ public:
         const Box<D> box = tree_->leaf_box(leaf);
         const std::size_t begin = tree_->leaf_begin(leaf) - first_;
         const std::size_t end = tree_->leaf_begin(leaf + 1) - first_;
-        near.clear(domain_);
+        near.clear(turned_);
         near.reserve(points_.size() + lanes);
         for (std::size_t i = begin; i < end; i += width)
             near.add(points_.points(i), points_.turns(i), first_lanes(end - i));
@@ -163,7 +153,8 @@ public:
         double area = 1.0;
         for (int a = 0; a < D; ++a) {
             double lo = box_.lo[a] - reach_, hi = box_.hi[a] + reach_;
-            if (domain_ == Domain::box) lo = std::max(lo, 0.0), hi = std::min(hi, 1.0);
+            if (!domain_->periodic[a])
+                lo = std::max(lo, domain_->box.lo[a]), hi = std::min(hi, domain_->box.hi[a]);
             area *= hi - lo;
         }
         return std::sqrt(area / static_cast<double>(size()));
@@ -222,17 +213,17 @@ public:
     Point<D> point(std::size_t i) const { return points_.point_seen_from(site_, i); }
 
     // Calls visit(turn, home) for the images of the domain that may hold points within `reach`
-    // of the family: itself, and on the torus its neighbours. (An image of a point that is a
-    // whole turn away from the site or farther in some direction cuts no more than the site's
-    // own image and the image one turn nearer do.)
+    // of the family: itself, and on periodic axes its neighbours, so many periods away. (An image
+    // of a point that is a whole period away from the site or farther in some direction cuts no
+    // more than the site's own image and the image one period nearer do.)
     template <class Visit>
     void for_each_turn(double reach, Visit &&visit) const {
         std::array<int, D> low{}, high{};
-        if (domain_ == Domain::torus)
-            for (int a = 0; a < D; ++a) {
-                low[a] = box_.lo[a] - reach <= 0.0 ? -1 : 0;
-                high[a] = box_.hi[a] + reach >= 1.0 ? 1 : 0;
-            }
+        for (int a = 0; a < D; ++a) {
+            if (!domain_->periodic[a]) continue;
+            low[a] = box_.lo[a] - reach <= domain_->box.lo[a] ? -1 : 0;
+            high[a] = box_.hi[a] + reach >= domain_->box.hi[a] ? 1 : 0;
+        }
         for (std::array<int, D> k = low;;) {
             Point<D> turn;
             bool home = true;
@@ -252,6 +243,18 @@ private:
     static constexpr std::size_t most_points = D == 2 ? 512 : 2048;
 
     std::size_t size() const { return points_.size(); }
+
+    // Where the family's box lies for points that a turn brings near; holds it, whatever rounding
+    // does.
+    Box<D> turned_back(const Point<D> &turn) const {
+        Box<D> box;
+        for (int a = 0; a < D; ++a) {
+            const Turn along = domain_->turn(a, turn[a]);
+            box.lo[a] = along.home(box_.lo[a]) - along.rounding();
+            box.hi[a] = along.home(box_.hi[a]) + along.rounding();
+        }
+        return box;
+    }
 
     // Squared distances from a box of sites with their turns
     static Vector distance2(const typename PointList<D>::Vectors &p,
@@ -279,8 +282,9 @@ private:
         points_.reserve(points_.size() + (end - begin));
         typename PointList<D>::Vectors down, turns;
         for (int a = 0; a < D; ++a) {
-            down[a] = Vector{} + Turn(turn[a]).point;
-            turns[a] = Vector{} + Turn(turn[a]).site;
+            const Turn along = domain_->turn(a, turn[a]);
+            down[a] = Vector{} + along.point;
+            turns[a] = Vector{} + along.site;
         }
         for (std::size_t s = begin; s < end; s += width) {
             auto p = tree_->vectors(s);
@@ -292,7 +296,8 @@ private:
     }
 
     const PointTree<D> *tree_ = nullptr;
-    Domain domain_ = Domain::box;
+    const Bounds<D> *domain_ = nullptr;
+    bool turned_ = false; // some axis is periodic
     Box<D> box_{};
     std::size_t first_ = 0; // site
     double reach_ = 0.0;

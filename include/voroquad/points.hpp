@@ -102,16 +102,6 @@ struct Box {
         for (int a = 0; a < D; ++a) side = std::max(side, hi[a] - lo[a]);
         return side;
     }
-    // Holds what a whole turn of the torus brings here, whatever rounding does.
-    Box turned_back(const Point<D> &turn) const {
-        Box box = *this;
-        for (int a = 0; a < D; ++a) {
-            const double rounding = turn[a] == 0.0 ? 0.0 : 0x1p-52;
-            box.lo[a] -= turn[a] + rounding;
-            box.hi[a] -= turn[a] - rounding;
-        }
-        return box;
-    }
 };
 
 } // namespace voroquad

@@ -14,10 +14,25 @@ using namespace voroquad;
 
 namespace {
 
-Domain domain_of(bool periodic) { return periodic ? Domain::torus : Domain::box; }
+// Ends (d, 2) of the box's sides, and for each axis whether it is periodic (d,)
+using Sides = nb::ndarray<const double, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+using Axes = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
 template <int D>
-void fill_measures(const StridedSets &points, Domain domain, double *out, unsigned threads) {
+Bounds<D> bounds_of(const Sides &sides, const Axes &periodic) {
+    Bounds<D> bounds = Domain::box;
+    for (int a = 0; a < D; ++a) {
+        bounds.box.lo[a] = sides.data()[2 * a];
+        bounds.box.hi[a] = sides.data()[2 * a + 1];
+        bounds.periodic[a] = periodic.data()[a];
+    }
+    return bounds;
+}
+
+template <int D>
+void fill_measures(const StridedSets &points, const Sides &sides, const Axes &periodic, double *out,
+                   unsigned threads) {
+    const Bounds<D> domain = bounds_of<D>(sides, periodic);
     const auto set = [&](std::size_t s) {
         return PointView<D>(points.data() + static_cast<std::ptrdiff_t>(s) * points.stride(0),
                             points.shape(1), points.stride(1), points.stride(2));
@@ -27,11 +42,11 @@ void fill_measures(const StridedSets &points, Domain domain, double *out, unsign
                              CheckSignals());
 }
 
-Array<double> measures(StridedSets points, bool periodic, unsigned threads) {
+Array<double> measures(StridedSets points, Sides sides, Axes periodic, unsigned threads) {
     const std::size_t sets = points.shape(0), n = points.shape(1), d = points.shape(2);
     LargeArray<double> out(sets * n);
     const auto fill = d == 1 ? fill_measures<1> : d == 2 ? fill_measures<2> : fill_measures<3>;
-    fill(points, domain_of(periodic), out.data(), threads);
+    fill(points, sides, periodic, out.data(), threads);
     return own(std::move(out), {sets, n});
 }
 
@@ -61,7 +76,9 @@ Array<double> measures_in_ball(StridedSets points, unsigned threads) {
 }
 
 template <int D>
-Array<double> centroids_of(const StridedSets &points, Domain domain, unsigned threads) {
+Array<double> centroids_of(const StridedSets &points, const Sides &sides, const Axes &periodic,
+                           unsigned threads) {
+    const Bounds<D> domain = bounds_of<D>(sides, periodic);
     std::vector<Point<D>> out(points.shape(1));
     {
         nb::gil_scoped_release release;
@@ -70,39 +87,41 @@ Array<double> centroids_of(const StridedSets &points, Domain domain, unsigned th
     return flat<D>(out);
 }
 
-Array<double> centroids(StridedSets points, bool periodic, unsigned threads) {
+Array<double> centroids(StridedSets points, Sides sides, Axes periodic, unsigned threads) {
     const auto of = points.shape(2) == 2 ? centroids_of<2> : centroids_of<3>;
-    return of(points, domain_of(periodic), threads);
+    return of(points, sides, periodic, threads);
 }
 
-Array<double> intervals(Sets points, bool periodic) {
+Array<double> intervals(Sets points, Sides sides, Axes periodic) {
     const std::size_t n = points.shape(1);
     std::vector<double> lengths(n), out(2 * n);
-    std::vector<Point<2>> bounds(n);
+    std::vector<Point<2>> ends(n);
     RankedPoints ranked;
+    const Bounds<1> domain = bounds_of<1>(sides, periodic);
     {
         nb::gil_scoped_release release;
-        cell_lengths({points.data(), n}, domain_of(periodic), lengths.data(), ranked,
-                     bounds.data());
+        cell_lengths({points.data(), n}, domain, lengths.data(), ranked, ends.data());
     }
-    for (std::size_t i = 0; i < n; ++i) std::copy_n(bounds[i].begin(), 2, out.begin() + 2 * i);
+    for (std::size_t i = 0; i < n; ++i) std::copy_n(ends[i].begin(), 2, out.begin() + 2 * i);
     return own(std::move(out), {n, 2});
 }
 
-std::pair<Array<double>, Array<std::size_t>> polygons(Sets points, bool periodic) {
+std::pair<Array<double>, Array<std::size_t>> polygons(Sets points, Sides sides, Axes periodic) {
+    const Bounds<2> domain = bounds_of<2>(sides, periodic);
     Polygons cells = [&] {
         nb::gil_scoped_release release;
-        return cell_polygons({points.data(), points.shape(1)}, domain_of(periodic), CheckSignals());
+        return cell_polygons({points.data(), points.shape(1)}, domain, CheckSignals());
     }();
     const std::size_t offsets = cells.offsets.size();
     return {flat<2>(cells.vertices), own(std::move(cells.offsets), {offsets})};
 }
 
-std::tuple<Array<double>, Array<std::size_t>, Array<std::size_t>> polyhedra(StridedSets points,
-                                                                            bool periodic) {
+std::tuple<Array<double>, Array<std::size_t>, Array<std::size_t>>
+polyhedra(StridedSets points, Sides sides, Axes periodic) {
+    const Bounds<3> domain = bounds_of<3>(sides, periodic);
     Polyhedra cells = [&] {
         nb::gil_scoped_release release;
-        return cell_polyhedra(one_set<3>(points), domain_of(periodic), CheckSignals());
+        return cell_polyhedra(one_set<3>(points), domain, CheckSignals());
     }();
     const std::size_t faces = cells.begin.size(), n = cells.faces.size();
     return {flat<3>(cells.corners), own(std::move(cells.begin), {faces}),
@@ -112,16 +131,16 @@ std::tuple<Array<double>, Array<std::size_t>, Array<std::size_t>> polyhedra(Stri
 } // namespace
 
 void bind_cells(nb::module_ &m) {
-    m.def("measures", &measures, "points"_a, "periodic"_a, "threads"_a,
+    m.def("measures", &measures, "points"_a, "sides"_a, "periodic"_a, "threads"_a,
           "Cell measures (sets, n) of points (sets, n, d), d = 1, 2 or 3.");
-    m.def("intervals", &intervals, "points"_a, "periodic"_a,
+    m.def("intervals", &intervals, "points"_a, "sides"_a, "periodic"_a,
           "Ends (n, 2) of the cells of points (1, n, 1).");
-    m.def("polygons", &polygons, "points"_a, "periodic"_a,
+    m.def("polygons", &polygons, "points"_a, "sides"_a, "periodic"_a,
           "Vertices (v, 2) and offsets (n + 1,) of the cells of points (1, n, 2).");
-    m.def("polyhedra", &polyhedra, "points"_a, "periodic"_a,
+    m.def("polyhedra", &polyhedra, "points"_a, "sides"_a, "periodic"_a,
           "Corners (c, 3), where each face's begin (f + 1,), and where each cell's faces begin "
           "(n + 1,), of the cells of points (1, n, 3).");
-    m.def("centroids", &centroids, "points"_a, "periodic"_a, "threads"_a,
+    m.def("centroids", &centroids, "points"_a, "sides"_a, "periodic"_a, "threads"_a,
           "Centroids (n, d) of the cells of points (1, n, d), d = 2 or 3.");
     m.def("measures_in_ball", &measures_in_ball, "points"_a, "threads"_a,
           "Measures (n,) of the cells of points (1, n, d), d = 2 or 3, in the ball that touches "

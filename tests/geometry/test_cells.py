@@ -19,15 +19,15 @@ import voroquad as vq
 from voroquad import _core
 
 
-def mirrored_voronoi(points: np.ndarray) -> np.ndarray:
-    """Cell measures by Qhull: points mirrored in all faces make the cells end there.
+def mirrored_voronoi(points: np.ndarray, sides: np.ndarray | None = None) -> np.ndarray:
+    """Cell measures by Qhull: points mirrored in all faces make the cells end there. The box begins at the origin.
 
     A point on a face is its own image: half of its cell lies in the box, of one on an edge a quarter.
     """
     images = points
     for axis in range(points.shape[1]):
         mirrored = [images]
-        for face in (0.0, 1.0):
+        for face in (0.0, 1.0 if sides is None else sides[axis]):
             image = images[images[:, axis] != face]
             mirrored.append(image + 2 * (face - image[:, axis, None]) * np.eye(points.shape[1])[axis])
         images = np.concatenate(mirrored)
@@ -112,6 +112,83 @@ def test_lattices_are_exact(d, periodic):
         corners = lattice(k, d, centred=False)
         expected = np.prod(np.where((corners == 0) | (corners == 1), 0.5, 1.0) / k, axis=1)
         np.testing.assert_allclose(vq.cells(corners).measures, expected, rtol=1e-12)
+
+
+def test_cells_of_a_box_that_is_no_cube_are_euclidean():
+    """Scaled to the unit box the same points have other cells: 2.41 and 1.59 of 4."""
+    points = np.array([[0.4, 0.1], [0.8, 0.9]])
+    x, y = np.meshgrid((np.arange(2000) + 0.5) / 500, (np.arange(500) + 0.5) / 500, indexing="ij")
+    nearest = (x - 0.4) ** 2 + (y - 0.1) ** 2 < (x - 0.8) ** 2 + (y - 0.9) ** 2
+    cells = vq.cells(points, bounds=[(0, 4), (0, 1)])
+    np.testing.assert_allclose(cells.measures, [4 * nearest.mean(), 4 - 4 * nearest.mean()], atol=2e-3)
+    assert abs(vq.cells(points / [4, 1]).measures[0] * 4 - cells.measures[0]) > 0.5
+
+
+BOXES = [[(0, 4), (0, 1)], [(-1, 3), (2, 2.5)], [(0, 7), (-1, 1), (1e6, 1e6 + 3)], [(-1e-3, 2e-3), (0, 0.01), (0, 1)]]
+
+
+@pytest.mark.parametrize("bounds", BOXES)
+@pytest.mark.parametrize("n", [2, 5, 60, 500])
+def test_boxes_equal_qhull(bounds, n):
+    low, high = np.array(bounds).T
+    unit = np.random.default_rng(n).random((n, len(low)))
+    measures = vq.cells(low + unit * (high - low), bounds=bounds).measures
+    expected = mirrored_voronoi(unit * (high - low), high - low)
+    np.testing.assert_allclose(measures, expected, rtol=0, atol=1e-9 * np.prod(high - low))
+
+
+@pytest.mark.parametrize("periodic", [[True, False], [False, True], [True, True]])
+def test_periodic_boxes_equal_voropp(periodic):
+    bounds = [(-1.0, 3.0), (2.0, 3.5)]
+    points = np.random.default_rng(3).random((400, 2)) * [4, 1.5] + [-1, 2]
+    domain = pyvoro2.planar.RectangularCell(bounds, tuple(periodic))
+    expected = pyvoro2.planar.compute(points, domain=domain).cell_measures
+    np.testing.assert_allclose(vq.cells(points, bounds=bounds, periodic=periodic).measures, expected, atol=1e-11)
+
+
+@pytest.mark.parametrize("periodic", list(itertools.product([False, True], repeat=3)))
+def test_periodic_boxes_in_space_equal_voropp(periodic):
+    bounds = [(-1.0, 3.0), (2.0, 3.5), (0.0, 1.0)]
+    points = np.random.default_rng(3).random((300, 3)) * [4, 1.5, 1] + [-1, 2, 0]
+    expected = pyvoro2.compute(points, domain=pyvoro2.OrthorhombicCell(bounds, periodic)).cell_measures
+    np.testing.assert_allclose(vq.cells(points, bounds=bounds, periodic=periodic).measures, expected, atol=1e-11)
+
+
+@pytest.mark.parametrize("bounds", [[(-3, 5)], *BOXES])
+@pytest.mark.parametrize("periodic", [False, True])
+def test_shapes_in_a_box_are_in_its_coordinates(bounds, periodic):
+    low, high = np.array(bounds).T
+    d, volume = len(low), np.prod(high - low)
+    points = low + np.random.default_rng(4).random((50, d)) * (high - low)
+    cells = vq.cells(points, bounds=bounds, periodic=periodic)
+    if d == 1:
+        ends = cells.intervals()
+        sizes, corners = np.diff(ends)[:, 0], ends.reshape(-1, 1)
+    elif d == 2:
+        polygons = cells.polygons()
+        sizes, corners = [ConvexHull(p).volume for p in polygons], np.concatenate(polygons)
+    else:
+        polyhedra = [np.concatenate(faces) for faces in cells.polyhedra()]
+        sizes, corners = (
+            [ConvexHull((p - low) / (high - low)).volume * volume for p in polyhedra],
+            np.concatenate(polyhedra),
+        )
+    np.testing.assert_allclose(sizes, cells.measures, rtol=0, atol=1e-9 * volume)
+    if not periodic:
+        np.testing.assert_allclose(cells.measures @ cells.centroids / volume, (low + high) / 2, rtol=1e-12, atol=1e-15)
+        np.testing.assert_array_equal(corners.min(axis=0), low)
+        np.testing.assert_array_equal(corners.max(axis=0), high)
+    np.testing.assert_array_equal(cells.bounds, bounds)
+    assert cells.periodic is periodic
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_a_batch_in_a_box_equals_its_sets(d):
+    bounds = [(-1, 3), (0, 2), (5, 6)][:d]
+    low, high = np.array(bounds).T
+    sets = low + np.random.default_rng(5).random((7, 20, d)) * (high - low)
+    each = [vq.cells(s, bounds=bounds, periodic=[True] * d).measures for s in sets]
+    np.testing.assert_array_equal(vq.cells(sets, bounds=bounds, periodic=True).measures, each)
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
@@ -377,9 +454,43 @@ def test_bad_points_are_named(points, message):
         vq.cells(points)
 
 
-def test_the_open_border_of_the_torus():
-    with pytest.raises(ValueError, match=r"\[0, 1\)"):
-        vq.cells([[0.5, 1.0]], periodic=True)
+def seam(lo: float, hi: float, dtype: type) -> float:
+    """What np.mod makes of a number just below the lower end, or its rounding to the type."""
+    return float(dtype(lo + np.mod(-1e-17 * (hi - lo), hi - lo)))
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize("bounds", [(0, 1), (0, 2 * np.pi), (0.1, 0.8), (-0.3, 0.1), (1e6, 1e6 + 0.7)])
+def test_the_upper_end_of_a_periodic_axis_is_its_lower_end(bounds, dtype):
+    lo, hi = bounds
+    x = np.array([[lo, lo], [seam(lo, hi, dtype), (lo + hi) / 2], [(lo + hi) / 2, seam(lo, hi, dtype)]], dtype)
+    w = vq.cells(x, bounds=bounds, periodic=True).measures
+    at_the_end = np.clip(x.astype(float), lo, hi)
+    at_the_end[at_the_end == hi] = lo
+    np.testing.assert_allclose(w, vq.cells(at_the_end, bounds=bounds, periodic=True).measures, rtol=1e-5)
+    assert w.sum() == pytest.approx((hi - lo) ** 2, rel=1e-12)
+
+
+@pytest.mark.parametrize("x", [1.5, -1e-3, np.inf, np.nan])
+def test_other_points_outside_a_periodic_axis_are_refused(x):
+    with pytest.raises(ValueError, match=r"is not inside \[0, 1\]\^1; give the box as bounds=.* or wrap"):
+        vq.cells([0.5, x], periodic=True)
+
+
+def test_wrapped_points_coincide_with_those_at_the_lower_end():
+    x = np.array([0.99999999, 0.5, 0.0], dtype=np.float32)  # the first is 1
+    np.testing.assert_array_equal(vq.cells(x, periodic=True).measures, [0.25, 0.5, 0.25])
+    x = np.array([[np.mod(-1e-17, 1), 0.5], [0.5, 0.5]])
+    assert x[0, 0] == 1
+    np.testing.assert_array_equal(vq.cells(x, periodic=[True, False]).measures, [0.5, 0.5])
+
+
+def test_single_precision_is_put_on_the_face_that_it_is_rounded_from():
+    x = np.array([0.1, 0.05], np.float32)
+    assert float(x[0]) > 0.1
+    np.testing.assert_allclose(vq.cells(x, bounds=(0, 0.1)).measures, [0.025, 0.075], rtol=1e-6)
+    with pytest.raises(ValueError, match=r"points\[0\] .* give the box as bounds"):
+        vq.cells(x.astype(float), bounds=(0, 0.1))
 
 
 def test_cells_keep_their_own_points():

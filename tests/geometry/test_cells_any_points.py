@@ -20,24 +20,31 @@ from hypothesis import strategies as st
 import voroquad as vq
 
 
-def exact_measures(points: np.ndarray, periodic: bool) -> np.ndarray:
-    """Cell measures from exact half-spaces with whole coefficients."""
-    exact = [[Fraction(c) for c in point] for point in points.tolist()]
-    unit = math.lcm(2, *(c.denominator for point in exact for c in point))
-    sites = [tuple(int(c * unit) for c in point) for point in exact]
+def exact_measures(points: np.ndarray, periodic: bool | list[bool], bounds: np.ndarray | None = None) -> np.ndarray:
+    """Cell measures from exact half-spaces with whole coefficients, in the box (d, 2), by default the unit box."""
     d = points.shape[1]
-    turns = list(itertools.product([-unit, 0, unit] if periodic else [0], repeat=d))
+    wraps = np.broadcast_to(periodic, (d,)).tolist()
+    exact = [[Fraction(c) for c in point] for point in points.tolist()]
+    box = [[Fraction(end) for end in side] for side in ([[0, 1]] * d if bounds is None else bounds.tolist())]
+    unit = 2 * math.lcm(*(c.denominator for point in exact + box for c in point))
+    sites = [tuple(int(c * unit) for c in point) for point in exact]
+    sides = [[int(end * unit) for end in side] for side in box]
+    turns = list(
+        itertools.product(*([lo - hi, 0, hi - lo] if w else [0] for (lo, hi), w in zip(sides, wraps, strict=True)))
+    )
     distinct = set(sites)
     measure = {}
     for site in distinct:
-        half_spaces = []
-        for axis in range(d):
-            for side in (-1, 1):
-                to_face = unit // 2 if periodic else site[axis] if side < 0 else unit - site[axis]
+        half_spaces, reach = [], []
+        for axis, (lo, hi) in enumerate(sides):
+            to_faces = [(hi - lo) // 2] * 2 if wraps[axis] else [site[axis] - lo, hi - site[axis]]
+            reach.append(to_faces)
+            for side, to_face in zip((-1, 1), to_faces, strict=True):
                 half_spaces.append([side * (a == axis) for a in range(d)] + [to_face])
         for other, turn in itertools.product(distinct - {site}, turns):
             q = [b + t - a for a, b, t in zip(site, other, turn, strict=True)]
-            if not periodic or sum(c * c for c in q) < unit * sum(map(abs, q)):  # else it misses the box
+            farthest = sum(max(-c * below, c * above) for c, (below, above) in zip(q, reach, strict=True))
+            if sum(c * c for c in q) < 2 * farthest:  # else it misses the box
                 half_spaces.append([*(2 * c for c in q), sum(c * c for c in q)])
         measure[site] = polytope_measure(half_spaces, unit)
     return np.array([measure[site] / sites.count(site) for site in sites])
@@ -111,6 +118,48 @@ def test_torus_measures_are_those_of_exact_arithmetic(points):
     np.testing.assert_allclose(
         vq.cells(points, periodic=True).measures, exact_measures(points, periodic=True), rtol=0, atol=1e-12
     )
+
+
+@st.composite
+def any_box(draw: st.DrawFn) -> tuple[np.ndarray, np.ndarray, list[bool]]:
+    """Points, bounds and periodic axes: boxes from slender to flat, from the origin, about it and far from it."""
+    points = draw(any_set(max_size=30))
+    n, d = points.shape
+    rng = np.random.default_rng(draw(st.integers(0, 2**32)))
+    sides = 10.0 ** rng.integers(-3, 4, d) * np.where(rng.integers(2, size=d), 1, rng.random(d) + 0.1)
+    kind = draw(st.sampled_from(["from the origin", "about the origin", "far"]))
+    if kind == "about the origin":  # clusters at the origin keep their digits
+        low, high = -sides, sides * rng.choice([1.0, 0.3], d)
+        points = points * np.where(rng.integers(2, size=(n, d)), high, low)
+        points[np.abs(points) < 1e-300 * sides.max()] = 0  # as docs/cells.md says
+    else:
+        low = sides * (rng.choice([-1, 1], d) * 10.0 ** rng.integers(0, 8, d)) if kind == "far" else 0 * sides
+        high = low + sides
+        points = low + points * sides
+    periodic = rng.integers(2, size=d).astype(bool)
+    top = np.where(periodic, np.nextafter(high, low), high)
+    return np.clip(points, low, top), np.stack([low, high], axis=1), periodic.tolist()
+
+
+@given(any_box())
+def test_measures_in_any_box_are_those_of_exact_arithmetic(case):
+    points, bounds, periodic = case
+    points = few(points, (20, 8 if any(periodic) else 16, 3 if any(periodic) else 6))
+    volume = np.prod(bounds[:, 1] - bounds[:, 0])
+    np.testing.assert_allclose(
+        vq.cells(points, bounds=bounds, periodic=periodic).measures,
+        exact_measures(points, periodic, bounds),
+        rtol=0,
+        atol=1e-12 * volume,
+    )
+
+
+@given(any_box())
+def test_measures_in_any_box_sum_to_its_volume(case):
+    points, bounds, periodic = case
+    cells = vq.cells(points, bounds=bounds, periodic=periodic)
+    assert (cells.measures >= 0).all()
+    assert cells.measures.sum() == pytest.approx(np.prod(bounds[:, 1] - bounds[:, 0]), rel=1e-12, abs=0)
 
 
 @given(any_set(), st.booleans())

@@ -83,10 +83,10 @@ def real_numbers(
     return numbers
 
 
-def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points") -> NDArray[np.float64]:
-    """Return `points` as a float64 array, of any strides, (n, d) or (sets, n, d) inside [0, 1)^d.
+def point_array(points: ArrayLike, *, name: str = "points") -> NDArray[np.float64]:
+    """Return `points` as a float64 array, of any strides, (n, d) or (sets, n, d).
 
-    One-dimensional input is read as (n, 1). With `closed`, 1 is allowed too.
+    One-dimensional input is read as (n, 1).
     """
     array = real_numbers(name, points)
     if array.ndim == 1:
@@ -95,15 +95,59 @@ def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points"
         raise ValueError(f"{name} must have shape (n, d) or (sets, n, d), got {array.shape}")
     if 0 in array.shape:
         raise ValueError(f"{name} must hold at least one point and one coordinate, got shape {array.shape}")
-    if not (array.min() >= 0 and (array.max() <= 1 if closed else array.max() < 1)):  # NaN is neither
-        outside = ~((array >= 0) & ((array <= 1) if closed else (array < 1)))
-        first = tuple(int(i) for i in np.argwhere(outside.any(axis=-1))[0])
-        index = first[0] if len(first) == 1 else first
-        interval = "[0, 1]" if closed else "[0, 1)"
+    return array
+
+
+def refuse_transposed(name: str, shape: tuple[int, ...]) -> None:
+    """Raise ValueError for a shape (n, d) of at most three points in more than three dimensions.
+
+    It is far more often (d, n): many points in few dimensions, as SciPy's integrands take them. A batch of one set,
+    (1, n, d), says that it is not.
+    """
+    if len(shape) == 2 and shape[0] <= 3 < shape[1]:
         raise ValueError(
-            f"{name}[{index}] = {array[first].tolist()} is not inside {interval}^{array.shape[-1]}; "
-            "scale the points to the unit box or drop it"
+            f"{name} of shape {shape} may be (n, d) or (d, n): pass {name}.T for {shape[1]} points in {shape[0]} "
+            f"dimensions, {name}[None] for {shape[0]} in {shape[1]}"
         )
+
+
+def extent(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """The least and the greatest coordinate (d,) of points (..., d); NaN where there is one."""
+    axes = [points[..., a] for a in range(points.shape[-1])]  # faster than over an axis that is not the last
+    return np.array([x.min() for x in axes]), np.array([x.max() for x in axes])
+
+
+def refuse_outside(
+    name: str,
+    points: NDArray[np.float64],
+    low: ArrayLike,
+    high: ArrayLike,
+    remedy: str,
+    *,
+    closed: bool = True,
+    slack: ArrayLike = 0.0,
+) -> None:
+    """Raise ValueError unless points (..., d) lie in [low, high], or in [low, high) if not `closed`; up to `slack`."""
+    low, high, slack = (np.broadcast_to(end, points.shape[-1:]) for end in (low, high, slack))
+    lowest, highest = low - slack, high + slack
+    least, most = extent(points)
+    if ((least >= lowest) & ((most <= highest) if closed else (most < highest))).all():  # NaN is neither
+        return
+    inside = (points >= lowest) & ((points <= highest) if closed else (points < highest))
+    first = tuple(int(i) for i in np.argwhere(~inside.all(axis=-1))[0])
+    index = first[0] if len(first) == 1 else first
+    ends = [f"[{a:g}, {b:g}{']' if closed else ')'}" for a, b in zip(low, high, strict=True)]
+    box = f"{ends[0]}^{len(ends)}" if len(set(ends)) == 1 else " × ".join(ends)
+    raise ValueError(f"{name}[{index}] = {points[first].tolist()} is not inside {box}; {remedy}")
+
+
+def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points") -> NDArray[np.float64]:
+    """Return `points` as a float64 array, of any strides, (n, d) or (sets, n, d) inside [0, 1)^d.
+
+    One-dimensional input is read as (n, 1). With `closed`, 1 is allowed too.
+    """
+    array = point_array(points, name=name)
+    refuse_outside(name, array, 0.0, 1.0, "scale the points to the unit box or drop it", closed=closed)
     return array
 
 

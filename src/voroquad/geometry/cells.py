@@ -1,62 +1,88 @@
-"""Voronoi cells of points in the unit box or on the unit torus."""
+"""Voronoi cells of points in a box or on a torus."""
 
 from __future__ import annotations
 
 import itertools
-from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._support.checks import thread_count, unit_points
+from .._support.checks import point_array, thread_count
+from .bounds import Bounds, Periodic
 
 
 class Cells:
     """The Voronoi cells of one set of points or of a batch of sets; made by :func:`cells`."""
 
-    def __init__(self, points: NDArray[np.float64], periodic: bool, threads: int):
-        self._points = points
-        self.periodic = periodic
+    def __init__(self, points: NDArray[np.float64], bounds: Bounds, threads: int):
+        self._points = points  # in the core's coordinates
+        self._bounds = bounds
         self._threads = threads
+        # What has been computed. No lock: threads that ask at the same time may compute it twice, and a child forked
+        # meanwhile waits for nobody.
+        self._measures: NDArray[np.float64] | None = None
+        self._centroids: NDArray[np.float64] | None = None
 
-    @cached_property
+    @property
+    def bounds(self) -> NDArray[np.float64]:
+        """Lower and upper end (d, 2) of the box's sides."""
+        return self._bounds.sides.copy()
+
+    @property
+    def periodic(self) -> bool | tuple[bool, ...]:
+        """Whether the axes are periodic: one answer where it is the same for all, else one for each."""
+        axes = tuple(self._bounds.periodic.tolist())
+        return axes[0] if len(set(axes)) == 1 else axes
+
+    @property
     def measures(self) -> NDArray[np.float64]:
-        """Length, area or volume (n,) of each point's cell; (sets, n) for a batch. They sum to 1 per set."""
-        batch = self._points if self._points.ndim == 3 else self._points[None]
-        measures = _core.measures(batch, self.periodic, self._threads)
-        return measures if self._points.ndim == 3 else measures[0]
+        """Length, area or volume (n,) of each point's cell; (sets, n) for a batch. Those of a set sum to the box's."""
+        if self._measures is None:
+            batch = self._points if self._points.ndim == 3 else self._points[None]
+            measures = _core.measures(batch, *self._domain, self._threads)
+            measures = self._bounds.measures_from_core(measures)
+            self._measures = measures if self._points.ndim == 3 else measures[0]
+        return self._measures
 
-    @cached_property
+    @property
     def centroids(self) -> NDArray[np.float64]:
-        """Centre of mass (n, d) of each point's cell; of one set. On the torus it may lie outside the unit box."""
+        """Centre of mass (n, d) of each point's cell; of one set. On periodic axes it may lie outside the box."""
         points = self._one_set("centroids")
-        if points.shape[-1] == 1:
-            return _core.intervals(points, self.periodic).mean(axis=1, keepdims=True)
-        return _core.centroids(points, self.periodic, self._threads)
+        if self._centroids is None:
+            if points.shape[-1] == 1:
+                centroids = _core.intervals(points, *self._domain).mean(axis=1, keepdims=True)
+            else:
+                centroids = _core.centroids(points, *self._domain, self._threads)
+            self._centroids = self._bounds.from_core(centroids)
+        return self._centroids
 
     def intervals(self) -> NDArray[np.float64]:
-        """Ends (n, 2) of each point's cell, d = 1; on the torus they may lie outside [0, 1]."""
-        return _core.intervals(self._one_set("intervals", 1), self.periodic)
+        """Ends (n, 2) of each point's cell, d = 1; on a periodic axis they may lie outside the bounds."""
+        return self._bounds.from_core(_core.intervals(self._one_set("intervals", 1), *self._domain))
 
     def polygons(self) -> list[NDArray[np.float64]]:
         """Corners (k, 2) of each point's cell, counter-clockwise, d = 2.
 
-        On the torus a cell is not cut at the border of the square, so corners may lie outside it.
+        On periodic axes a cell is not cut at the border of the box, so corners may lie outside it.
         Points that coincide each get the cell that they share.
         """
-        vertices, offsets = _core.polygons(self._one_set("polygons", 2), self.periodic)
-        return np.split(vertices, offsets[1:-1].astype(np.intp))
+        vertices, offsets = _core.polygons(self._one_set("polygons", 2), *self._domain)
+        return np.split(self._bounds.from_core(vertices), offsets[1:-1].astype(np.intp))
 
     def polyhedra(self) -> list[list[NDArray[np.float64]]]:
         """Faces of each point's cell, d = 3; each face its corners (k, 3), counter-clockwise from outside.
 
-        On the torus a cell is not cut at the border of the cube. Points that coincide each get the
+        On periodic axes a cell is not cut at the border of the box. Points that coincide each get the
         cell that they share.
         """
-        corners, begin, cells = _core.polyhedra(self._one_set("polyhedra", 3), self.periodic)
-        faces = np.split(corners, begin[1:-1].astype(np.intp))
+        corners, begin, cells = _core.polyhedra(self._one_set("polyhedra", 3), *self._domain)
+        faces = np.split(self._bounds.from_core(corners), begin[1:-1].astype(np.intp))
         return [faces[first:last] for first, last in itertools.pairwise(cells.tolist())]
+
+    @property
+    def _domain(self) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+        return self._bounds.core_sides, self._bounds.periodic
 
     def _one_set(self, what: str, d: int | None = None) -> NDArray[np.float64]:
         if self._points.ndim != 2 or d not in (None, self._points.shape[-1]):
@@ -64,15 +90,25 @@ class Cells:
         return self._points[None]
 
 
-def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = None) -> Cells:
-    """Voronoi cells of points in the unit box or torus.
+def cells(
+    points: ArrayLike,
+    *,
+    bounds: ArrayLike | None = None,
+    periodic: Periodic = False,
+    threads: int | None = None,
+) -> Cells:
+    """Voronoi cells of points in a box or on a torus.
 
     Parameters
     ----------
     points : array_like, (n,), (n, d) or (sets, n, d), d = 1, 2 or 3
-        Points of [0, 1]^d. Points that coincide share their cell equally.
-    periodic : bool
-        False: cells of the box [0, 1]^d. True: cells of the torus.
+        Points of the box. Points that coincide share their cell equally.
+    bounds : array_like, (d, 2) or (2,), optional
+        Lower and upper end of each side of the box, in the unit of the points; a single pair is for all axes. By
+        default the unit box [0, 1]^d.
+    periodic : bool or sequence of bool, (d,)
+        False: cells end at the faces of the box. True: opposite faces are the same place, as on a torus, and the
+        upper end of an axis is its lower end. One answer for all axes, or one for each: ``[False, True]``.
     threads : int, optional
         Number of threads; by default all processors, or what the environment variable
         VOROQUAD_NUM_THREADS says. The result does not depend on it.
@@ -81,12 +117,13 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
     -------
     Cells
         With ``measures`` (n,) or (sets, n), ``centroids`` (n, d), ``intervals()`` for d = 1,
-        ``polygons()`` for d = 2 and ``polyhedra()`` for d = 3; each is computed when it is asked for.
+        ``polygons()`` for d = 2 and ``polyhedra()`` for d = 3, all in the coordinates of the points; each is computed
+        when it is asked for.
 
     Raises
     ------
     ValueError
-        A point is NaN or outside the domain, or d is not 1, 2 or 3.
+        A point is NaN or outside the box, d is not 1, 2 or 3, or `bounds` or `periodic` do not fit d.
 
     Notes
     -----
@@ -95,6 +132,12 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
     (x_j − x_i)·(y − x_i) ≤ \\|x_j − x_i\\|²/2 of the neighbours, nearest first, until every
     corner of the cell is closer than half the distance to all points not yet seen.
 
+    Distances are Euclidean in the unit of the points. Scaling each axis of a box that is not a cube to [0, 1] changes
+    distances, and hence cells: give `bounds` instead.
+
+    Points outside the box by no more than the rounding of their own type (float32 or float64) are moved onto its
+    faces; on periodic axes they are wrapped.
+
     Examples
     --------
     >>> import voroquad as vq
@@ -102,9 +145,18 @@ def cells(points: ArrayLike, *, periodic: bool = False, threads: int | None = No
     array([0.375, 0.25 , 0.375])
     >>> vq.cells([[0.25, 0.5], [0.75, 0.5]]).polygons()[0]
     array([[0.5, 1. ], [0. , 1. ], [0. , 0. ], [0.5, 0. ]])
+    >>> vq.cells([[1.0, 0.5], [2.0, 0.5]], bounds=[(0, 4), (0, 1)]).measures
+    array([1.5, 2.5])
+    >>> vq.cells([[1.0, 0.5], [2.0, 0.5]], bounds=[(0, 4), (0, 1)], periodic=[True, False]).measures
+    array([2., 2.])
     """
-    array = unit_points(points, closed=not periodic)
-    if array.shape[-1] > 3:
-        raise ValueError(f"cells are computed for d = 1, 2 and 3, got points with d = {array.shape[-1]}")
+    array = point_array(points)
+    n, d = array.shape[-2:]
+    if d > 3:
+        remedy = "pass points.T if they are (d, n)" if n <= 3 else "weights(points) counts them by probes"
+        raise ValueError(f"cells are computed for d = 1, 2 and 3, got d = {d}, points of shape {array.shape}; {remedy}")
+    box = Bounds(d, bounds, periodic)
+    inside = box.to_core(points)
     # A copy: what is checked here is what is cut later
-    return Cells(array.copy(), bool(periodic), thread_count(threads))
+    own = inside.copy() if np.may_share_memory(inside, array) else inside
+    return Cells(own, box, thread_count(threads))

@@ -1,0 +1,139 @@
+"""Boxes that hold points: sides of any length, each axis bounded or periodic."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Any, TypeAlias
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._support.checks import extent, point_array, refuse_outside
+
+Floats: TypeAlias = NDArray[np.float64]
+#: What `periodic=` may be: one answer for all axes, or one for each.
+Periodic: TypeAlias = bool | Sequence[bool] | NDArray[np.bool_]
+
+#: The longest side over the shortest, at most: below it products of two sides keep their digits.
+MOST_SLENDER = 1e100
+
+
+class Bounds:
+    """A box in the coordinates of its points, and the same box as the compiled core takes it.
+
+    The core wants coordinates of the order of 1. It gets (x − offset) / 2^exponent, with an offset that is 0 or, for
+    boxes far from the origin, the box's lower end, so that no digit of any point is lost.
+
+    Parameters
+    ----------
+    d : int
+        Dimension.
+    bounds : array_like, (d, 2) or (2,), optional
+        Lower and upper end of each axis, or one pair for all; by default 0 and 1.
+    periodic : bool or sequence of bool, (d,)
+        Whether the two ends of an axis are the same place; one answer for all axes, or one for each.
+    """
+
+    def __init__(self, d: int, bounds: ArrayLike | None = None, periodic: Periodic = False):
+        self.sides = _sides(d, bounds)
+        self.periodic = _periodic(d, periodic)
+        low, high = self.sides.T
+        with np.errstate(over="ignore", under="ignore"):
+            length = high - low
+            self.volume = float(np.prod(length))
+        if not (np.isfinite(length).all() and np.finfo(float).tiny <= self.volume < math.inf):
+            raise ValueError(f"bounds {self.sides.tolist()}: the volume is not a normal number; change the unit")
+        if length.max() > MOST_SLENDER * length.min():
+            raise ValueError(
+                f"bounds {self.sides.tolist()}: the longest side must be at most {MOST_SLENDER:g} times the shortest"
+            )
+        far = ((low > 0) & (high <= 2 * low)) | ((high < 0) & (low >= 2 * high))  # where x − low is exact
+        self._offset = np.where(far, low, 0.0)
+        self._exponent = math.frexp(length.max())[1] - 1
+        self.core_sides = np.ascontiguousarray(self._scaled(self.sides.T).T)
+
+    @property
+    def d(self) -> int:
+        """Dimension."""
+        return len(self.sides)
+
+    def to_core(self, points: ArrayLike, name: str = "points") -> Floats:
+        """Points (n, d) or (sets, n, d) as the core takes them: in the box, on periodic axes below its upper end.
+
+        The array itself where nothing has to change, else a new one, in float64. Points that lie outside by no more
+        than the rounding of their own type are put on the face, or across the seam; others raise ValueError.
+        """
+        given = points if hasattr(points, "dtype") else np.asarray(points)
+        array = point_array(points, name=name)
+        self._refuse_outside(array, _type_of(given.dtype), name)
+        array = self._scaled(array)
+        low, high = self.core_sides.T
+        below_high = np.where(self.periodic, np.nextafter(high, low), high)
+        least, most = extent(array)
+        if (least >= low).all() and (most <= below_high).all():
+            return array
+        array = np.where(self.periodic & (array >= high), array - (high - low), array)
+        array = np.where(self.periodic & (array < low), array + (high - low), array)
+        return np.clip(array, low, below_high)
+
+    def from_core(self, points: Floats) -> Floats:
+        """Points (..., d) of the core in the box's own coordinates."""
+        return np.ldexp(points, self._exponent) + self._offset
+
+    def measures_from_core(self, measures: Floats) -> Floats:
+        """Lengths, areas or volumes that the core gave, in the box's own unit."""
+        return np.ldexp(measures, self._exponent * self.d) if self._exponent else measures
+
+    def _scaled(self, points: Floats) -> Floats:
+        if self._offset.any():
+            points = points - self._offset
+        return np.ldexp(points, -self._exponent) if self._exponent else points
+
+    def _refuse_outside(self, points: Floats, dtype: np.dtype[Any], name: str) -> None:
+        # A bounded axis ends at a number of the points' type; computing x mod period rounds as well
+        rounding = np.abs(self.sides.astype(dtype).astype(np.float64) - self.sides).max(axis=1)
+        slack = np.where(self.periodic, np.finfo(dtype).eps * np.abs(self.sides).max(axis=1), rounding)
+        low, high = self.sides.T
+        refuse_outside(name, points, low, high, self._remedy(), slack=slack)
+
+    def _remedy(self) -> str:
+        if self.periodic.any():
+            return "give the box as bounds=[(low, high), ...], or wrap what is periodic: low + (x - low) % (high - low)"
+        return "give the box as bounds=[(low, high), ...] or drop the point"
+
+
+def _sides(d: int, bounds: ArrayLike | None) -> Floats:
+    if bounds is None:
+        return np.tile([0.0, 1.0], (d, 1))
+    try:
+        sides = np.array(bounds, dtype=np.float64)
+    except (TypeError, ValueError):
+        sides = np.empty(0)
+    if sides.shape == (2,):
+        sides = np.tile(sides, (d, 1))
+    if sides.ndim != 2 or sides.shape[1] != 2:
+        raise ValueError(f"bounds must be pairs (low, high), one for each axis or one for all, got {bounds!r}")
+    if len(sides) != d:
+        raise ValueError(
+            f"bounds has {len(sides)} pairs (low, high), the points (n, d) have d = {d}; "
+            "pass points.T if they are given as (d, n)"
+        )
+    wrong = ~(np.isfinite(sides).all(axis=1) & (sides[:, 0] < sides[:, 1]))
+    if wrong.any():
+        axis = int(np.argmax(wrong))
+        raise ValueError(f"bounds[{axis}] = {tuple(sides[axis].tolist())} must be two finite numbers low < high")
+    return sides
+
+
+def _periodic(d: int, periodic: Periodic) -> NDArray[np.bool_]:
+    axes = np.asarray(periodic)
+    if axes.dtype != np.bool_ or axes.shape not in ((), (d,)):
+        raise ValueError(f"periodic must be True, False or one of them for each of d = {d} axes, got {periodic!r}")
+    return np.array(np.broadcast_to(axes, (d,)))
+
+
+def _type_of(dtype: Any) -> np.dtype[Any]:
+    """The floating-point type that points came in: that of their rounding."""
+    floating = isinstance(dtype, np.dtype) and dtype.kind == "f" and dtype.itemsize < 8
+    return dtype if floating else np.dtype(np.float64)

@@ -1,0 +1,74 @@
+"""Boxes: what is refused, and coordinates that lose no digits on their way to the core."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import voroquad as vq
+from voroquad.geometry.bounds import Bounds
+
+
+@pytest.mark.parametrize(
+    ("bounds", "message"),
+    [
+        ([(0, 1)], r"bounds has 1 pairs .* have d = 2; pass points.T"),
+        ([(0, 1)] * 3, r"bounds has 3 pairs .* have d = 2"),
+        ([(0, 1), (1, 1)], r"bounds\[1\] = \(1.0, 1.0\) must be two finite numbers low < high"),
+        ([(0, np.nan), (0, 1)], r"bounds\[0\] = \(0.0, nan\)"),
+        ([(0, np.inf), (0, 1)], r"bounds\[0\] = \(0.0, inf\)"),
+        ([0, 1, 2], "bounds must be pairs"),
+        ([(0, 1), (0, 1, 2)], "bounds must be pairs"),
+        ("unit", "bounds must be pairs"),
+        ([(-1e308, 1e308), (0, 1)], "volume is not a normal number"),
+        ([(0, 1e200), (0, 1e200)], "volume is not a normal number"),
+        ([(0, 1e-200), (0, 1e-200)], "volume is not a normal number"),
+        ([(0, 1e-60), (0, 1e60)], "longest side"),
+    ],
+)
+def test_bad_bounds_are_named(bounds, message):
+    with pytest.raises(ValueError, match=message):
+        vq.cells([[0.2, 0.3], [0.6, 0.7]], bounds=bounds)
+
+
+@pytest.mark.parametrize("periodic", [[True], [True] * 3, "no", 1, [1, 0], None])
+def test_bad_periodic_axes_are_named(periodic):
+    with pytest.raises(ValueError, match="periodic must be True, False or one of them for each of d = 2 axes"):
+        vq.cells([[0.2, 0.3], [0.6, 0.7]], periodic=periodic)
+
+
+def test_points_outside_are_named_with_the_box():
+    with pytest.raises(
+        ValueError, match=r"points\[1\] = \[3.0, 1.5\] is not inside \[0, 4\] × \[0, 1\]; give .*bounds"
+    ):
+        vq.cells([[1, 0.5], [3, 1.5]], bounds=[(0, 4), (0, 1)])
+    with pytest.raises(
+        ValueError, match=r"points\[1\] = \[0.3, 1.5\] is not inside \[0, 1\]\^2; give the box as bounds"
+    ):
+        vq.cells([[0.1, 0.5], [0.3, 1.5]])
+
+
+def test_one_pair_is_for_all_axes():
+    x = np.random.default_rng(1).random((9, 2)) * 3 - 1
+    np.testing.assert_array_equal(
+        vq.cells(x, bounds=(-1, 2)).measures, vq.cells(x, bounds=[(-1, 2), (-1, 2)], periodic=[False, False]).measures
+    )
+
+
+@given(st.floats(-1e9, 1e9), st.floats(1e-6, 1e9), st.lists(st.floats(0, 1), min_size=1, max_size=20))
+def test_no_digit_is_lost_on_the_way_to_the_core(low, side, share):
+    high = low + side
+    if not low < high:
+        return
+    x = np.clip(low + np.array(share) * (high - low), low, high)[:, None]
+    box = Bounds(1, [(low, high)])
+    core = box.to_core(x)
+    assert np.abs(core).max() <= 8
+    np.testing.assert_array_equal(box.from_core(core), x)
+
+
+def test_the_unit_box_costs_no_copy():
+    x = np.random.default_rng(2).random((9, 2))
+    assert Bounds(2).to_core(x) is x
