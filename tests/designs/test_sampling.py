@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import chisquare, kstest, qmc
 
 import voroquad as vq
-from voroquad.designs.design import DESIGNS
+from voroquad.designs.design import DESIGNS, design_of
 from voroquad.designs.grids import grid_shape, inside, largest_grid, stratum_index
 from voroquad.designs.multi_jittered import colours, offsets
 from voroquad.designs.orthogonal import prime_power
@@ -190,7 +190,7 @@ def test_a_callable_cannot_pass_for_a_design():
     def stratified(d, rng):
         return qmc.Halton(d, rng=rng)
 
-    assert vq.sample(stratified, n=8, d=2, rng=1).design == "engine"
+    assert vq.sample(stratified, n=8, d=2, rng=1).design == "halton"
 
 
 @pytest.mark.parametrize("strata", [(49,), (1000,), (7, 11)])
@@ -200,3 +200,20 @@ def test_rounding_puts_no_point_out_of_its_stratum(strata, u):
     corners = np.indices(strata).reshape(d, n).T
     points = inside((corners + np.full((1, n, d), u)) / strata, corners, strata)
     np.testing.assert_array_equal(stratum_index(points[0], strata), np.arange(n))
+
+
+@pytest.mark.parametrize(
+    ("engine", "design"),
+    [
+        (qmc.Sobol(2), "sobol"),
+        (qmc.Halton(2), "halton"),
+        (qmc.LatinHypercube(2), "latinhypercube"),
+        (qmc.LatinHypercube(2, scramble=False), "latinhypercube (scramble=False)"),
+        (qmc.LatinHypercube(2, optimization="random-cd"), "latinhypercube (optimization)"),
+        (qmc.PoissonDisk(2), "poissondisk"),
+    ],
+)
+def test_the_design_of_an_engine_tells_what_it_does_not_randomise(engine, design):
+    found = vq.sample(engine, n=4).design
+    assert found == design
+    assert design_of(found).randomised == (found in ("sobol", "halton", "latinhypercube"))

@@ -59,16 +59,59 @@ def test_orthogonal_arrays_are_refined():
 
 @pytest.mark.parametrize("kind", [{"sampler": "regular"}, {"sampler": "regular", "debias": "none"}])
 def test_a_design_that_is_not_random_has_no_error(kind):
-    with pytest.raises(ValueError, match=r"'regular' has none; choose one of uniform, stratified, .*sobol"):
+    with pytest.raises(ValueError, match=r"and those of 'regular' are not; choose one of uniform, stratified, .*sobol"):
         vq.quad(lambda x: x[0], [0, 0], [1, 1], **kind)
 
 
-def test_an_engine_that_makes_the_same_points_again_has_no_error():
-    plain = functools.partial(qmc.Sobol, scramble=False)
-    with pytest.raises(ValueError, match="two of 4 sets have the same points"):
-        vq.quad(lambda x: x[0], [0, 0], [1, 1], sampler=plain, rng=1)
-    scrambled = functools.partial(qmc.Sobol, scramble=True)
-    assert vq.quad(lambda x: x[0], [0, 0], [1, 1], sampler=scrambled, rng=1).integral == pytest.approx(0.5)
+class CentresOfCells(qmc.QMCEngine):
+    """A Latin hypercube of the centres of cells: random, but no point is uniform."""
+
+    def __init__(self, d, *, rng=None):
+        super().__init__(d=d, rng=rng)
+
+    def _random(self, n=1, *, workers=1):
+        return np.stack([(self.rng.permutation(n) + 0.5) / n for _ in range(self.d)], axis=-1)
+
+
+@pytest.mark.parametrize(
+    ("sampler", "message"),
+    [
+        (functools.partial(qmc.Sobol, scramble=False), "two of 4 sets have the same points"),
+        (
+            functools.partial(qmc.LatinHypercube, scramble=False),
+            r"those of 'latinhypercube \(scramble=False\)' are not",
+        ),
+        (functools.partial(qmc.Sobol, optimization="lloyd"), r"those of 'sobol \(optimization\)' are not"),
+        (functools.partial(qmc.Halton, optimization="random-cd"), r"those of 'halton \(optimization\)' are not"),
+        (functools.partial(qmc.PoissonDisk, radius=0.01), "those of 'poissondisk' are not"),
+        (lambda d, rng: qmc.PoissonDisk(d, radius=0.01, rng=rng), "those of 'poissondisk' are not"),
+        (CentresOfCells, r"those of 'engine \(on a lattice\)' are not; choose one of .* an engine that scrambles its"),
+    ],
+)
+def test_an_engine_whose_points_are_not_random_has_no_error(sampler, message):
+    with pytest.raises(ValueError, match=message):
+        vq.quad(lambda x: np.exp(x[0]), [0, 0], [1, 1], n_points=64, sampler=sampler, rng=1)
+
+
+class Jittered(CentresOfCells):
+    def _random(self, n=1, *, workers=1):
+        return super()._random(n) + (self.rng.random((n, self.d)) - 0.5) / n
+
+
+@pytest.mark.parametrize(
+    "sampler",
+    [
+        qmc.Sobol,
+        functools.partial(qmc.Sobol, bits=50),
+        functools.partial(qmc.Halton, scramble=True),
+        functools.partial(qmc.LatinHypercube, strength=1),
+        lambda d, rng: qmc.LatinHypercube(d, rng=rng),
+        Jittered,
+    ],
+)
+def test_engines_that_are_random_have_one(sampler):
+    r = vq.quad(lambda x: np.exp(x[0]), [0, 0], [1, 1], n_points=256, sampler=sampler, rng=1)
+    assert abs(r.integral - math.e + 1) < 8 * r.standard_error < 1e-2
 
 
 def test_limits_and_signs_as_usual():

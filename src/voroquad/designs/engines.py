@@ -24,3 +24,31 @@ def engine_points(engine: qmc.QMCEngine, n: int) -> NDArray[np.float64]:
     if points.shape != (n, engine.d):
         raise ValueError(f"sampler: {type(engine).__name__} made {len(points)} points of the n = {n} asked for")
     return points
+
+
+def design_name(engine: qmc.QMCEngine) -> str:
+    """The name of the design of an engine's points, which tells rules what they may assume.
+
+    Of SciPy's own engines that is known. The points of others are taken to be uniform in the unit box, and those of
+    engines with different generators to be independent; their name is "engine".
+
+    Examples
+    --------
+    >>> from scipy.stats import qmc
+    >>> from voroquad.designs.engines import design_name
+    >>> [design_name(e) for e in (qmc.Sobol(2), qmc.Sobol(2, scramble=False), qmc.PoissonDisk(2))]
+    ['sobol', 'sobol (scramble=False)', 'poissondisk']
+    """
+    kind = type(engine)
+    name = kind.__name__.lower() if kind.__module__.startswith("scipy.") else "engine"
+    if not getattr(engine, "scramble", True):
+        return f"{name} (scramble=False)"
+    if getattr(engine, "optimization_method", None) is not None:
+        return f"{name} (optimization)"  # which moves points, or selects sets
+    return name
+
+
+def on_a_lattice(points: NDArray[np.float64]) -> bool:
+    """Whether the points of sets (sets, n, d) lie at the same coordinates in two sets, so that none is uniform."""
+    first, second = points[0], points[1]
+    return any(np.isin(x, y).mean() > 0.5 for x, y in zip(first.T, second.T, strict=True))

@@ -12,7 +12,7 @@ from scipy.stats import qmc
 
 from .._support.checks import one_of, positive_int, unit_points
 from .design import DESIGNS, SAMPLERS, design_of
-from .engines import EngineFactory, engine_points
+from .engines import EngineFactory, design_name, engine_points, on_a_lattice
 from .grids import grid_shape, stratum_index
 
 Rng: TypeAlias = int | np.random.Generator | None
@@ -92,7 +92,9 @@ def sample(
         each pair of coordinates, n = q² for q a prime or a power of one, d ≤ q + 1
         (:mod:`voroquad.designs.orthogonal`). Or an engine of `scipy.stats.qmc`, which continues where it
         stands, or an engine class or callable ``(d, rng=)`` that makes one per set, such as
-        ``functools.partial(qmc.LatinHypercube, strength=2)``.
+        ``functools.partial(qmc.LatinHypercube, strength=2)``. Unbiased rules take the points of SciPy's ``Sobol``,
+        ``Halton`` and ``LatinHypercube`` where these scramble and do not optimise. Of other engines the points are
+        taken to be uniform, and those of different generators to be independent, as the caller vouches for.
     n : int
         Number of points of a set.
     d : int, optional
@@ -132,15 +134,16 @@ def sample(
     d = 1 if d is None else positive_int("d", d)
     generator = as_generator(rng)
     if callable(sampler):
-        # The design's name tells rules what they may assume: of SciPy's own classes only
-        known = isinstance(sampler, type) and sampler.__module__.startswith("scipy.")
-        design = sampler.__name__.lower() if known else "engine"
-        points = np.stack([engine_points(sampler(d, rng=r), n) for r in generator.spawn(batch)])
+        engines = [sampler(d, rng=r) for r in generator.spawn(batch)]
+        points = np.stack([engine_points(engine, n) for engine in engines])
         if len(np.unique(points.reshape(batch, -1), axis=0)) < batch:
             raise ValueError(
                 f"sampler: two of {batch} sets have the same points, so they are not independent; "
                 "let the engine use the rng that it is given and scramble its points"
             )
+        design = design_name(engines[0])
+        if design == "engine" and batch > 1 and on_a_lattice(points):
+            design = "engine (on a lattice)"
         return _finish(points, design, None, sets)
 
     one_of("sampler", sampler, DESIGNS)
@@ -214,7 +217,7 @@ def _from_engine(engine: qmc.QMCEngine, n: int, d: int | None, sets: int | None)
         )
     if d is not None and d != engine.d:
         raise ValueError(f"d = {d} contradicts the engine's own d = {engine.d}; drop d")
-    return SampleSet(engine_points(engine, n), name.lower())
+    return SampleSet(engine_points(engine, n), design_name(engine))
 
 
 def _finish(points: NDArray[Any], design: str, strata: tuple[int, ...] | None, sets: int | None) -> SampleSet:

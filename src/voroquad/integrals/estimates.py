@@ -132,8 +132,10 @@ class Estimator:
         drawn = sample(self.sampler, largest_size(self.sampler, n, d), d, sets=sets, rng=self.rng)
         if not design_of(drawn.design).randomised:
             raise ValueError(
-                f"sampler: the error is read off random sets of uniform points, and {drawn.design!r} has none; "
-                f"choose one of {', '.join(name for name, design in DESIGNS.items() if design.randomised)}"
+                "sampler: the error is read off independent sets of points, each uniform in the box, and those of "
+                f"{drawn.design!r} are not; choose one of "
+                f"{', '.join(name for name, design in DESIGNS.items() if design.randomised)}, "
+                "or an engine that scrambles its points and does not optimise them"
             )
         values = Values.of(self.integrand, drawn.points)
         scale = 1.0
