@@ -278,17 +278,6 @@ def test_tiles_share_their_sets():
 # ---------------------------------------------------------------------- variants, formats, nesting
 
 
-@pytest.mark.parametrize("variant", ["llvm_ad_mono", "llvm_ad_spectral", "llvm_ad_rgb"])
-def test_every_variant_has_the_plugins(variant):
-    if variant not in mi.variants():
-        pytest.skip(f"Mitsuba was built without {variant}")
-    mi.set_variant(variant)
-    scene = mi.load_dict(scene_dict())
-    truth = image(scene, mi.load_dict({"type": "direct"}), 1024)
-    got = np.mean([image(scene, plugin(), 256, seed=k) for k in range(4)], axis=0)
-    assert np.sqrt(np.mean((got - truth) ** 2)) < 0.05 * truth.mean()
-
-
 def test_xml_is_the_same_as_a_dict(scene):
     xml = """
     <integrator type="reweighted" version="3.0.0">
@@ -298,14 +287,6 @@ def test_xml_is_the_same_as_a_dict(scene):
     </integrator>"""
     from_dict = plugin(domain="lens", sampler="uniform", order=0, jitter=False)
     np.testing.assert_allclose(image(scene, mi.load_string(xml), 16), image(scene, from_dict, 16), rtol=1e-4, atol=1e-5)
-
-
-def test_alpha_and_extra_channels_pass_through():
-    description = scene_dict()
-    description["sensor"]["film"]["pixel_format"] = "rgba"
-    scene = mi.load_dict(description)
-    nested = {"type": "aov", "aovs": "depth:depth", "inner": {"type": "direct"}}
-    assert image(scene, plugin(nested=nested), 16).shape == (12, 16, 9)
 
 
 @pytest.mark.parametrize("nested", ["direct", "path", "prb"])

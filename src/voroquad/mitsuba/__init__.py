@@ -22,7 +22,9 @@ except ImportError as error:
 
 OLDEST_LLVM = 17
 #: Modules of plug-ins, whose base classes are those of a variant
-_PLUGINS = tuple(f"{__name__}.{name}" for name in ("plain", "lights", "integrator", "slices", "sensors"))
+_PLUGINS = tuple(
+    f"{__name__}.{name}" for name in ("tracing", "properties", "plain", "lights", "integrator", "slices", "sensors")
+)
 
 
 def check_llvm() -> None:
@@ -48,7 +50,8 @@ def _register(previous: str | None, variant: str | None) -> None:
     if variant is None:
         return
     if variant.startswith("scalar"):
-        mi.register_integrator("reweighted", _refuse)
+        for integrator in ("plain", "reweighted"):
+            mi.register_integrator(integrator, _refuse)
         mi.register_sensor("moving", _refuse)
         return
     if variant.startswith("llvm"):

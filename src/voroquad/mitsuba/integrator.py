@@ -20,9 +20,12 @@ from ..sample_tables import Recipe, SampleTable
 from .accumulation import quotient
 from .bands import table_of
 from .blend import TILE, Floats
+from .developing import has_alpha
 from .domains import CameraSample, Domain, Joint, find_domain
 from .lights import FirstHit
-from .plain import CameraRays, Plain, colour, read_property
+from .plain import Plain
+from .properties import read_property
+from .tracing import CameraRays, colour
 
 #: Name of the design of sets that are no table's: those that the scene's sampler draws
 SCENE = "scene"
@@ -133,6 +136,10 @@ class Reweighted(Plain):
     def aov_names(self) -> list[str]:
         """Names of the extra channels: those of the nested integrator, then one's own."""
         return [*super().aov_names(), *self.aovs]
+
+    def own_channels(self, share: Floats) -> dict[str, Floats]:
+        """The channel ``lambda``, if it is asked for."""
+        return dict.fromkeys(self.aovs, share)
 
     def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
         """Raise ValueError if the scene does not have the domain, or its film no colours."""
@@ -248,24 +255,26 @@ class Reweighted(Plain):
         self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
     ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
         """With equal weights where the nested integrator draws light samples of its own: the weights know others."""
-        if self._first_hit is not None:
-            return super().sample_rays(scene, sensor, sampler)
-        return self.sample_rays(scene, sensor, sampler)
+        if self._first_hit is None:
+            return super().lent_rays(scene, sensor, sampler)
+        rays = super().sample_rays(scene, sensor, sampler)
+        self._rays = None
+        return rays
 
     def follow(
-        self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool
+        self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool, *, alpha: bool = False
     ) -> tuple[mi.Spectrum, mi.Bool, list[mi.Float]]:
         """Radiance along camera rays (but for their own weight), whether they hit something, the extra channels."""
-        weighed, rest, valid, aovs = self.split(scene, sampler, rays, active)
+        weighed, rest, valid, aovs = self.split(scene, sampler, rays, active, alpha=alpha)
         factor = rays.drawn.factor
         return weighed * (1 if factor is None or self._weighs_all else factor) + rest, valid, aovs
 
     def split(
-        self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool
+        self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool, *, alpha: bool = False
     ) -> tuple[mi.Spectrum, mi.Spectrum, mi.Bool, list[mi.Float]]:
         """Radiance that the weights multiply, radiance that they do not, whether rays hit, and the extra channels."""
         if self._first_hit is None:
-            radiance, valid, aovs = super().follow(scene, sampler, rays, active)
+            radiance, valid, aovs = super().follow(scene, sampler, rays, active, alpha=alpha)
             return radiance, mi.Spectrum(0), valid, aovs
         light = self._first_hit.trace(scene, sampler, rays.ray, rays.drawn.light, active)
         if self._weighs_all:
@@ -276,7 +285,7 @@ class Reweighted(Plain):
         self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays
     ) -> tuple[list[mi.Float], list[mi.Float]]:
         """What rays bring to the channels of the film (colours, alpha, others), and what the weights add to colours."""
-        weighed, rest, valid, aovs = self.split(scene, sampler, rays, mi.Bool(True))
+        weighed, rest, valid, aovs = self.split(scene, sampler, rays, mi.Bool(True), alpha=has_alpha(film))
         weighed_colour, rest_colour = (colour(part * rays.weight, rays.ray.wavelengths) for part in (weighed, rest))
         channels = self._film_channels(film, weighed_colour + rest_colour, valid, aovs)
         if rays.drawn.factor is None:

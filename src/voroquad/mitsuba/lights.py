@@ -10,7 +10,7 @@ import drjit as dr
 import mitsuba as mi
 from mitsuba.python.ad.integrators.common import ADIntegrator
 
-from .plain import name_of
+from .tracing import name_of
 
 
 @dataclass
@@ -88,16 +88,17 @@ class FirstHit:
         outgoing = hit.to_local(direction.d)
         valid = active & (hit.is_valid() | (self._sees_environment and scene.environment() is not None))
         if not self.samples_bsdf:
-            value = bsdf.eval(context, hit, outgoing, lit)
+            value = _in_world(hit, bsdf.eval(context, hit, outgoing, lit), outgoing)
             return Light(dr.select(lit, value * radiance, 0), emission, valid)
 
         # The BSDF sample, and what emits where it leads
         value, pdf, drawn, weight = bsdf.eval_pdf_sample(
             context, hit, outgoing, sampler.next_1d(), sampler.next_2d(), reflects
         )
+        value, weight = _in_world(hit, value, outgoing), _in_world(hit, weight, drawn.wo)
         share = dr.select(direction.delta, 1, _share(direction.pdf, pdf))
         sampled = dr.select(lit, value * radiance * share, 0)
-        on = reflects & dr.any(weight != 0)
+        on = reflects & dr.any(mi.unpolarized_spectrum(weight) != 0)
         onward = hit.spawn_ray(hit.to_world(drawn.wo))
         onward.wavelengths = ray.wavelengths
         sampler.next_1d()  # for the roulette that path tracers play here too: what follows is what they would draw
@@ -129,13 +130,15 @@ class FirstHit:
             lit = active & mi.has_flag(bsdf.flags(), mi.BSDFFlags.Smooth)
             direction, radiance = scene.sample_emitter_direction(here, sampler.next_2d(), True, lit)
             lit &= direction.pdf != 0
+            outgoing = here.to_local(direction.d)
             value, pdf, sample, weight = bsdf.eval_pdf_sample(
-                context, here, here.to_local(direction.d), sampler.next_1d(), sampler.next_2d(), active
+                context, here, outgoing, sampler.next_1d(), sampler.next_2d(), active
             )
+            value, weight = _in_world(here, value, outgoing), _in_world(here, weight, sample.wo)
             share = dr.select(direction.delta, 1, _share(direction.pdf, pdf))
-            light += dr.select(lit, throughput * share * value * radiance, 0)
+            light += dr.select(lit, throughput * value * radiance * share, 0)
             ray = here.spawn_ray(here.to_world(sample.wo))
-            throughput *= weight
+            throughput = throughput * weight
             eta *= sample.eta
             before, pdf = here, sample.pdf
             smooth = ~mi.has_flag(sample.sampled_type, mi.BSDFFlags.Delta)
@@ -159,6 +162,11 @@ class FirstHit:
         return hit.compute_surface_interaction(ray, mi.RayFlags.All, active)
 
 
+def _in_world(hit: Any, value: mi.Spectrum, outgoing: mi.Vector3f) -> mi.Spectrum:
+    """A value of a BSDF for light from a local direction; polarized, in the frames of the rays in the world."""
+    return hit.to_world_mueller(value, -outgoing, hit.wi) if mi.is_polarized else value
+
+
 def _share(p: mi.Float, q: mi.Float) -> mi.Float:
     """Weight of a sample of density p where another of density q could have found the same (power heuristic)."""
     p, q = p * p, q * q
@@ -170,6 +178,10 @@ def _settings(nested: mi.Integrator) -> dict[str, int]:
     """The numbers that an integrator was made with: Mitsuba shows those of its C++ ones in their description only."""
     name = name_of(nested)
     if isinstance(nested, ADIntegrator) and name == "PRBIntegrator":
+        if mi.is_polarized:
+            raise ValueError(
+                f"domain 'light' cannot wrap 'prb' in {mi.variant()}, where it renders another image; nest 'path'"
+            )
         return {"max_depth": nested.max_depth, "rr_depth": nested.rr_depth}
     if name not in ("PathIntegrator", "DirectIntegrator"):
         raise ValueError(

@@ -2,36 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass
-from typing import Any, TypeVar
+from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
-from mitsuba.python.ad.integrators.common import ADIntegrator, RBIntegrator
+from mitsuba.python.ad.integrators.common import ADIntegrator
 
 from .accumulation import Footprint, Pass, pixel_means, quotient
 from .blend import Floats
+from .developing import base_channels, channel_names, develop, has_alpha
 from .domains import CameraSample
+from .loading import check_film
+from .properties import nested_objects, read_property
 from .rounds import alone
-
-
-@dataclass
-class CameraRays:
-    """The camera rays of a wavefront: the rays of a pixel are consecutive; pixels go row by row."""
-
-    ray: Any  # mi.RayDifferential3f
-    weight: Any  # mi.Spectrum
-    index: Any  # mi.UInt32, pixel · spp + (sample of the pixel)
-    corner: Any  # mi.Point2i, of the pixel on the film
-    drawn: CameraSample
-
-    @property
-    def position(self) -> mi.Point2f:
-        """Where they start on the film."""
-        return mi.Point2f(self.corner) + self.drawn.pixel
+from .tracing import CameraRays, check_differentiable, colour, tracer_of
 
 
 class Plain(ADIntegrator):
@@ -63,7 +48,8 @@ class Plain(ADIntegrator):
     def __init__(self, props: mi.Properties) -> None:
         # Not ADIntegrator's own: it would accept max_depth and rr_depth, which belong to the nested one
         super(ADIntegrator, self).__init__(props)
-        self.nested, self._sampler = _nested_objects(props)
+        self.nested, self._sampler = nested_objects(props)
+        self._tracer = tracer_of(self.nested)
         self.jitter = read_property(props, "jitter", True)
         self._seed = mi.UInt32(0)
         self.weighted = self.blend = self.tabled = False
@@ -71,8 +57,8 @@ class Plain(ADIntegrator):
         self._rays: CameraRays | None = None  # those of sample_rays, until sample has traced them
 
     def aov_names(self) -> list[str]:
-        """Names of the nested integrator's extra channels."""
-        return list(self.nested.aov_names())
+        """Names of the extra channels, those of the nested integrator, in a film without alpha."""
+        return [extra.name for extra in self._tracer.extras(alpha=False)]
 
     def prepare(
         self,
@@ -164,7 +150,7 @@ class Plain(ADIntegrator):
         # spp rays share a pixel: texture filters should look at 1/spp of its area, as in Mitsuba's C++ integrators
         if ray.has_differentials:
             ray.scale_differential(dr.rsqrt(mi.Float(dr.opaque(mi.Float, sampler.sample_count()))))
-        return CameraRays(ray, weight, index, corner, drawn)
+        return CameraRays(sensor, ray, weight, index, corner, drawn)
 
     def sample_rays(
         self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
@@ -175,12 +161,6 @@ class Plain(ADIntegrator):
         # A box filter counts the whole pixel: its corner avoids rounding into the next one
         box = sensor.film().rfilter().is_box_filter()
         return rays.ray, rays.weight, mi.Point2f(rays.corner) if box else rays.position
-
-    def lent_rays(
-        self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
-    ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
-        """Those of `sample_rays`, for a nested integrator that follows them by itself."""
-        return self.sample_rays(scene, sensor, sampler)
 
     # ------------------------------------------------------------------ what the nested integrator does
 
@@ -198,24 +178,11 @@ class Plain(ADIntegrator):
         return radiance, valid, aovs, None
 
     def follow(
-        self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool
+        self, scene: mi.Scene, sampler: mi.Sampler, rays: CameraRays, active: mi.Bool, *, alpha: bool = False
     ) -> tuple[mi.Spectrum, mi.Bool, list[mi.Float]]:
-        """Radiance along camera rays, whether they hit something, and the extra channels."""
-        if not isinstance(self.nested, ADIntegrator):
-            radiance, valid, aovs = self.nested.sample(scene, sampler, rays.ray, None, active)
-            return radiance, valid, list(aovs)
-        radiance, valid, aovs, _ = self.nested.sample(
-            mode=dr.ADMode.Primal,
-            scene=scene,
-            sampler=sampler,
-            ray=rays.ray,
-            depth=mi.UInt32(0),
-            δL=None,
-            δaovs=None,
-            state_in=None,
-            active=active,
-        )
-        return radiance, valid, list(aovs)
+        """Radiance along camera rays, whether they hit something, and what they bring to the extra channels."""
+        radiance, valid, values = self._tracer.follow(scene, sampler, rays, active)
+        return radiance, valid, [values[extra.index] for extra in self._tracer.extras(alpha=alpha)]
 
     # ------------------------------------------------------------------ the image
 
@@ -258,136 +225,89 @@ class Plain(ADIntegrator):
         return pixel_means(Footprint(sensor.film()).spread(channels, change, rays.drawn.pixel), rays.index, spp)
 
     def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
-        """Raise ValueError if the film has no colours."""
+        """Raise ValueError if the film has no colours, no pixels or too many."""
         film = sensor.film()
         if mi.has_flag(film.flags(), mi.FilmFlags.Special):
             name = self.plugin_name
             raise ValueError(f"{name!r} renders to films of colours such as 'hdrfilm', not {film.class_name()}")
+        check_film(film)
 
     def channels(self, film: mi.Film) -> int:
         """The number of channels that are rendered: colours, alpha where the film has it, the nested integrator's."""
-        return 3 + mi.has_flag(film.flags(), mi.FilmFlags.Alpha) + len(self.nested.aov_names())
+        return base_channels(film) + len(self._tracer.extras(alpha=has_alpha(film)))
 
     def values(
         self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays
     ) -> tuple[list[mi.Float], list[mi.Float]]:
         """What rays bring to the channels of the film (colours, alpha, others), and what weights add to colours."""
-        radiance, valid, aovs = self.follow(scene, sampler, rays, mi.Bool(True))
-        return self._film_channels(film, colour(radiance * rays.weight, rays.ray.wavelengths), valid, aovs), []
+        radiance, valid, extras = self.follow(scene, sampler, rays, mi.Bool(True), alpha=has_alpha(film))
+        return self._film_channels(film, colour(radiance * rays.weight, rays.ray.wavelengths), valid, extras), []
 
     @staticmethod
-    def _film_channels(film: mi.Film, colours: mi.Color3f, valid: mi.Bool, aovs: list[mi.Float]) -> list[mi.Float]:
-        channels = [*colours]
-        if mi.has_flag(film.flags(), mi.FilmFlags.Alpha):
-            channels.append(dr.select(valid, mi.Float(1), mi.Float(0)))
-        return channels + aovs
+    def _film_channels(film: mi.Film, colours: mi.Color3f, valid: mi.Bool, extras: list[mi.Float]) -> list[mi.Float]:
+        alpha = [dr.select(valid, mi.Float(1), mi.Float(0))] if has_alpha(film) else []
+        return [*colours, *alpha, *extras]
 
     def develop(self, film: mi.Film, image: Floats, share: Floats) -> mi.TensorXf:
         """Put an image (height, width, channels) and its λ (height, width) into the film, and develop it."""
-        base = 4 if mi.has_flag(film.flags(), mi.FilmFlags.Alpha) else 3
-        names = self.aov_names()
-        channels = np.ones((*share.shape, base + 1 + len(names)), np.float32)  # 1: the film's weight
-        channels[..., :base] = image[..., :base]
-        channels[..., base + 1 : image.shape[-1] + 1] = image[..., base:]
-        if "lambda" in names:
-            channels[..., -1] = share
-        block = mi.ImageBlock(mi.TensorXf(channels), offset=film.crop_offset())
-        film.prepare(names)
-        film.put_block(block)
-        return film.develop()
+        extras = self._tracer.extras(alpha=has_alpha(film))
+        return develop(film, image, extras, self.own_channels(share), has_colours=self._tracer.has_colours)
+
+    def developed_names(self, film: mi.Film) -> list[str]:
+        """The names of the channels of the image that is in the film."""
+        names = channel_names(film)
+        return names if self._tracer.has_colours else names[-len(self.aov_names()) :]
+
+    def own_channels(self, share: Floats) -> dict[str, Floats]:
+        """Channels (height, width) that are not the nested integrator's, by their names, from λ (height, width)."""
+        return {}
+
+    # ------------------------------------------------------------------ derivatives
 
     def render_forward(self, scene: mi.Scene, params: Any, *args: Any, **named: Any) -> mi.TensorXf:
         """Forward derivative of the image."""
-        with self._derivatives() as integrator:
-            return integrator.render_forward(scene, params, *args, **named)
+        check_differentiable(self.nested)
+        if isinstance(self.nested, ADIntegrator):
+            return type(self.nested).render_forward(_Lent(self), scene, params, *args, **named)
+        with dr.scoped_set_flag(dr.JitFlag.SymbolicLoops, False):  # unroll the loops, as Dr.Jit asks
+            return super().render_forward(scene, params, *args, **named)
 
     def render_backward(self, scene: mi.Scene, params: Any, grad_in: mi.TensorXf, *args: Any, **named: Any) -> None:
         """Backward derivative of the image."""
-        with self._derivatives() as integrator:
-            integrator.render_backward(scene, params, grad_in, *args, **named)
-
-    @contextmanager
-    def _derivatives(self) -> Iterator[Any]:
-        """What computes derivatives: an integrator of radiative backpropagation by its own means, others by unrolling
-        their loops, as Dr.Jit asks.
-        """
+        check_differentiable(self.nested)
         if isinstance(self.nested, ADIntegrator):
-            with self._camera_lent():
-                yield self.nested
-        else:
-            with dr.scoped_set_flag(dr.JitFlag.SymbolicLoops, False):
-                yield super()
+            type(self.nested).render_backward(_Lent(self), scene, params, grad_in, *args, **named)
+            return
+        with dr.scoped_set_flag(dr.JitFlag.SymbolicLoops, False):
+            super().render_backward(scene, params, grad_in, *args, **named)
 
-    @contextmanager
-    def _camera_lent(self) -> Iterator[None]:
-        """Let the nested integrator draw its camera rays by our steps."""
-        self.nested.prepare, self.nested.sample_rays = self.prepare, self.lent_rays
-        try:
-            yield
-        finally:
-            del self.nested.prepare, self.nested.sample_rays
-            self._rays = None
+    def lent_rays(
+        self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
+    ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
+        """Those of `sample_rays`, for a nested integrator that follows them by itself."""
+        rays = self.sample_rays(scene, sensor, sampler)
+        self._rays = None
+        return rays
 
     def to_string(self) -> str:
         return f"{type(self).__name__}[jitter = {self.jitter}, nested = {self.nested}]"
 
 
+class _Lent:
+    """An integrator of radiative backpropagation with the camera rays of another."""
+
+    def __init__(self, camera: Plain) -> None:
+        self._nested = camera.nested
+        self.prepare = camera.prepare
+        self.sample_rays = camera.lent_rays
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._nested, name)
+
+
 def band_seed(seed: int, number: int) -> int:
     """The seed of a band: of the first the image's own, of the others independent ones."""
     return seed if number == 0 else int(np.random.SeedSequence((seed, number), spawn_key=(1,)).generate_state(1)[0])
-
-
-def colour(radiance: mi.Spectrum, wavelengths: Any) -> mi.Color3f:
-    """Linear sRGB of radiance along rays."""
-    if mi.is_polarized:
-        radiance = mi.unpolarized_spectrum(radiance)
-    if mi.is_spectral:
-        return mi.spectrum_to_srgb(radiance, wavelengths)
-    return mi.Color3f(radiance.x) if mi.is_monochromatic else mi.Color3f(radiance)
-
-
-# ---------------------------------------------------------------------- properties
-
-#: Mitsuba's integrators that follow given camera rays
-FOLLOWING = (
-    "path", "direct", "depth", "volpath", "volpathmis", "aov", "moment", "prb", "prb_basic", "prbvolpath",
-)  # fmt: skip
-_KINDS = {bool: "true or false", int: "a whole number", str: "a name"}
-Value = TypeVar("Value", bool, int, str)
-
-
-def read_property(props: mi.Properties, name: str, default: Value) -> Value:
-    """A property, of the type of its default."""
-    value = props.get(name, default)
-    if type(value) is not type(default):
-        raise ValueError(f"{name} must be {_KINDS[type(default)]}, got {value!r}")
-    return value
-
-
-def name_of(integrator: mi.Integrator) -> str:
-    """Name of an integrator's class: those written in Python all have one `class_name`, their C++ base's."""
-    python = type(integrator)
-    return str(integrator.class_name()) if python.__module__ == mi.Integrator.__module__ else python.__name__
-
-
-def _nested_objects(props: mi.Properties) -> tuple[mi.Integrator, mi.Sampler | None]:
-    """The nested integrator, which must be able to follow given camera rays, and the nested sampler if any."""
-    nested = [value for _, value in props.objects()]
-    name = props.plugin_name()
-    integrators = [value for value in nested if isinstance(value, mi.Integrator)]
-    samplers = [value for value in nested if isinstance(value, mi.Sampler)]
-    if len(integrators) != 1 or len(samplers) > 1 or len(nested) != len(integrators) + len(samplers):
-        raise ValueError(f"'{name}' needs one nested integrator (and at most one sampler), got {len(nested)} objects")
-    integrator = integrators[0]
-    follows_rays = isinstance(integrator, mi.SamplingIntegrator) and (
-        not isinstance(integrator, ADIntegrator) or isinstance(integrator, RBIntegrator)
-    )
-    if not follows_rays:
-        raise ValueError(
-            f"'{name}' cannot wrap {name_of(integrator)}: it draws its own rays; "
-            f"nest one that follows given ones: {', '.join(FOLLOWING)}"
-        )
-    return integrator, samplers[0] if samplers else None
 
 
 mi.register_integrator("plain", Plain)

@@ -174,7 +174,7 @@ def state_path(out: str | os.PathLike[str]) -> Path:
 def write_rounds(film: mi.Film, integrator: mi.Integrator, rounds: Rounds, out: str | os.PathLike[str]) -> None:
     """Write the image so far; as .exr with the channels lambda and variance."""
     image = np.array(integrator.develop(film, rounds.image, rounds.mean_lambda), dtype=np.float64)
-    names = [field.name for field in film.bitmap(raw=False).struct_()]
+    names = integrator.developed_names(film)
     if Path(out).suffix.lower() == ".png":
         write_image(image, out)
         return
