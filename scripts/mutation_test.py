@@ -26,6 +26,7 @@ import importlib.util
 import os
 import resource
 import shutil
+import signal
 import subprocess
 import sys
 import tempfile
@@ -40,6 +41,9 @@ ROOT = Path(__file__).resolve().parents[1]
 LISTS = ROOT / "scripts" / "mutations"
 #: Seconds of processor time that the tests of one mutation may take: an endless loop is noticed
 LIMIT = 900
+
+#: What ends a program for a mistake of its own; other signals come from outside and tell nothing
+CRASHES = (signal.SIGSEGV, signal.SIGABRT, signal.SIGBUS, signal.SIGFPE, signal.SIGILL, signal.SIGXCPU)
 
 #: Run at the start of each interpreter: an editable install would import the tree, not the copy
 SITE = """\
@@ -189,12 +193,12 @@ class Copy:
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not slow", "-p", "no:cacheprovider", "-rf"]
         done = subprocess.run(
             [*command, *tests], cwd=self.tree, env=self._environment, capture_output=True, text=True, check=False,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT)),
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT + 60)),
         )  # fmt: skip
         lines = done.stdout.splitlines()
-        if done.returncode < 0:  # by a signal, as after an access beyond an array, or at the limit
-            return False, f"signal {-done.returncode}"
-        if done.returncode > 1:
+        if -done.returncode in CRASHES:
+            return False, signal.Signals(-done.returncode).name
+        if done.returncode not in (0, 1):
             raise Unusable(f"pytest could not run the tests:\n{done.stdout[-3000:]}{done.stderr[-1000:]}")
         failed = (line.removeprefix("FAILED ") for line in lines if line.startswith("FAILED "))
         return done.returncode == 0, next(failed, "".join(lines[-1:]))

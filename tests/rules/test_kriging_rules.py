@@ -124,6 +124,21 @@ def test_independent_samples():
         check_exact(points, w, degree)
 
 
+@pytest.mark.parametrize(("n", "d"), [(100, 2), (200, 1), (200, 3)])
+def test_clusters_lower_the_drift_of_their_own_set_only(n, d):
+    """Samples at a few places, or nearly, do not determine a polynomial. Weights stay tame, and the other sets' too."""
+    rng = np.random.default_rng(1)
+    sets = rng.random((24, n, d))
+    for number, points in enumerate(sets[1:], start=1):
+        places = rng.random((1 + number // 2, d))
+        points[:] = places[rng.integers(len(places), size=n)] * (1 - 1e-6) + 1e-7 * rng.random((n, d)) * (number % 2)
+    w = vq.weights(sets, design="uniform", order="kriging", debias="leave-one-out")
+    np.testing.assert_allclose(w.sum(axis=1), 1, rtol=0, atol=1e-9)
+    assert n * abs(w).max() < 1e5
+    alone = np.stack([vq.weights(x, design="uniform", order="kriging", debias="leave-one-out") for x in sets])
+    np.testing.assert_allclose(w, alone, rtol=0, atol=1e-12)
+
+
 def test_replicates(monkeypatch):
     for most in (2048, 90):  # all samples predict, or the first few of each replicate, which the others correct
         monkeypatch.setattr(kriging_rules, "MOST", most)

@@ -36,6 +36,10 @@ NOISE_ELSEWHERE = 3
 #: Highest degree of the drift, and the fewest samples per term of it.
 DRIFT, SAMPLES_PER_TERM = 9, 12
 
+#: Largest condition number of the factor L at which a degree is kept. That of random or stratified samples is at
+#: most 650. Clusters have far larger ones, with which weights would be wild and their sum 1 to a few digits only.
+LARGEST_CONDITION = 2e3
+
 
 @dataclass(frozen=True)
 class Model:
@@ -99,8 +103,8 @@ class Kriging:
     points : ndarray, (n, d) or (sets, n, d)
         The samples; of several sets, each predicts from its own. All results then have one axis more, the first.
     assumed : Model
-        What is assumed. The degree of the drift is lowered if the samples of one of the sets do not determine it, as
-        where most of them coincide; a dozen samples per term, drawn by any design, do.
+        What is assumed. The degree of the drift is lowered for all sets if the samples of one of them do not determine
+        it, as where most of them coincide; `lowered` tells. A dozen samples per term, drawn by any design, do.
     threads : int
         Number of threads that fill matrices of covariances.
 
@@ -126,8 +130,9 @@ class Kriging:
                 root = np.linalg.cholesky(solved @ self._at_samples)
             except np.linalg.LinAlgError:
                 continue
-            if np.linalg.cond(root).max() < 1e6:
+            if np.linalg.cond(root).max() < LARGEST_CONDITION:
                 break
+        self.lowered = self._degree < assumed.degree
         root = np.linalg.inv(root)
         self._half: Array = root @ solved
         self._drift: Array = root.mT @ self._half

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from .._support.blas import one_blas_thread
-from .kriging import Intervals, Kriging, Measures, model
+from .kriging import Intervals, Kriging, Measures, Model, model
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -72,9 +72,9 @@ def krige_strata(
     others = np.setdiff1d(np.arange(n), members)
     colour, axes = _colours(strata, period or (COLOURS_OF_MANY if len(others) else 0))
     group, assumed = colour[members], model(len(members), d)
-    for one in _batches(sets, len(members)) if len(others) == 0 else range(sets):
+    alone = ((s, Kriging(points[s, members], assumed, threads)) for s in range(sets))
+    for one, kriging in alone if len(others) else _predictions(points, assumed, threads):
         f = values[one]
-        kriging = Kriging(points[one][..., members, :], assumed, threads)
         left_out = kriging.leave_out(group, kriging.apply(f[..., members]))
         residuals[one][..., members] = left_out
         measures = kriging.over_boxes(axes)
@@ -132,18 +132,30 @@ def krige_independent(points: Array, threads: int) -> Array:
     """Leave-one-out of independent uniform samples (sets, n, d): weights (sets, n), each set's sum to 1."""
     sets, n, d = points.shape
     weights = np.ones((sets, n))
-    for batch in _batches(sets, n) if n > 1 else ():
-        kriging = Kriging(points[batch], model(n, d, INDEPENDENT_PER_TERM), threads)
+    if n == 1:
+        return weights
+    for batch, kriging in _predictions(points, model(n, d, INDEPENDENT_PER_TERM), threads):
         integral = kriging.integrals(kriging.over_boxes([_WHOLE_AXIS] * d))
         y = kriging.leave_out(np.arange(n), 1 - integral)
         weights[batch] = (integral + kriging.apply(y) / n)[:, 0]
     return weights
 
 
-def _batches(sets: int, n: int) -> Iterator[slice]:
-    """Sets of n samples to predict together: as many as fill the cache."""
+def _predictions(points: Array, assumed: Model, threads: int) -> Iterator[tuple[slice, Kriging]]:
+    """Predictions from sets (sets, n, d): of as many sets together as fill the cache.
+
+    Where the drift is lowered each set is predicted by itself, so that no set depends on the others beside it.
+    """
+    sets, n, _ = points.shape
     size = max(1, TOGETHER // n**2)
-    return (slice(first, first + size) for first in range(0, sets, size))
+    for first in range(0, sets, size):
+        batch = slice(first, min(first + size, sets))
+        kriging = Kriging(points[batch], assumed, threads)
+        if not kriging.lowered:
+            yield batch, kriging
+            continue
+        for s in range(batch.start, batch.stop):
+            yield slice(s, s + 1), Kriging(points[s : s + 1], assumed, threads)
 
 
 @one_blas_thread
