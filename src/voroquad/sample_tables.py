@@ -14,8 +14,9 @@ from numpy.typing import NDArray
 
 from ._support.cache import cache_directory, is_own
 from ._support.checks import positive_int
+from ._support.files import is_stream
 from ._support.npz import map_npz, write_npz
-from .designs.sampling import Rng, as_sample_set, sample
+from .designs.sampling import Rng, SetKind, as_sample_set, sample
 from .geometry.cells import cells
 from .rules.registry import default_order, find_rule, weights
 
@@ -136,19 +137,21 @@ class SampleTable:
                 f"periodic=True has order=0 and debias='none' only, got order={order!r}, debias={debias!r}; "
                 "its weights are unbiased as they are"
             )
-        drawn = sample(design, n, d, sets=positive_int("sets", sets), rng=rng)
+        kind = SetKind(design, positive_int("n", n), positive_int("d", d), positive_int("sets", sets))
+        if weighted and not periodic:  # before any set is drawn
+            p = default_order(kind, debias) if order == "auto" else order
+            if find_rule(kind, p, debias).debias == "cross-fit":
+                raise ValueError(
+                    f"debias={debias!r} of {design!r} sets is cross-fit, which weighs all sets together, but a table's "
+                    "sets are used one by one; take debias='none' or a stratified design"
+                )
+        drawn = sample(design, kind.n, kind.d, sets=kind.sets, rng=rng)
         if not weighted:
             w = np.full(drawn.points.shape[:2], 1 / drawn.n)
         elif periodic:
             w = cells(drawn.points, periodic=True).measures
         else:
-            p = default_order(drawn, debias) if order == "auto" else order
-            if find_rule(drawn, p, debias).debias == "cross-fit":
-                raise ValueError(
-                    f"debias={debias!r} of {design!r} sets is cross-fit, which weighs all sets together, but a table's "
-                    "sets are used one by one; take debias='none' or a stratified design"
-                )
-            w = weights(drawn, order=p, debias=debias)
+            w = weights(drawn, order=order, debias=debias)
         return cls(drawn.points, w, drawn.design, order, debias)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -253,7 +256,7 @@ _FORMAT = 2
 
 def _npz(path: str | os.PathLike[str]) -> Path:
     path = Path(path)
-    return path if path.suffix == ".npz" else path.with_name(path.name + ".npz")
+    return path if path.suffix == ".npz" or is_stream(path) else path.with_name(path.name + ".npz")
 
 
 def _save(table: SampleTable, path: Path, recipe: str = "") -> None:

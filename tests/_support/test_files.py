@@ -1,9 +1,12 @@
 import errno
 import os
+import subprocess
+import sys
 from pathlib import Path
 
 import pytest
 
+import voroquad as vq
 from voroquad._support.files import atomic_directory, atomic_path
 
 
@@ -82,3 +85,41 @@ def test_folders_made_for_a_file_that_failed_go_again(tmp_path):
         path.write_text("half")
         raise RuntimeError
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_descriptor_goes_on_where_it_is(tmp_path):
+    """As in `voroquad weights points.csv -o /dev/stdout >> log`."""
+    log = tmp_path / "log"
+    log.write_text("before\n")
+    program = """
+from voroquad._support.files import atomic_path
+print("first")
+for name in ("/dev/stdout", "/dev/fd/1"):
+    with atomic_path(name) as path:
+        path.write_text(name + "\\n")
+print("last")
+"""
+    with log.open("a") as stream:
+        subprocess.run([sys.executable, "-c", program], stdout=stream, check=True)
+    assert log.read_text() == "before\nfirst\n/dev/stdout\n/dev/fd/1\nlast\n"
+
+
+def test_nothing_is_written_into_a_stream_before_all_is_there(tmp_path):
+    pipe = tmp_path / "pipe"
+    os.mkfifo(pipe)
+    reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
+    with pytest.raises(KeyboardInterrupt), atomic_path(pipe) as path:
+        path.write_text("half")
+        raise KeyboardInterrupt
+    assert os.read(reader, 100) == b""
+    with atomic_path(pipe) as path:
+        path.write_text("whole")
+    assert os.read(reader, 100) == b"whole"
+    os.close(reader)
+    assert [p.name for p in tmp_path.iterdir()] == ["pipe"]
+
+
+def test_a_device_is_written_and_stays(tmp_path):
+    vq.SampleTable.make("uniform", 4, 1, 2, rng=1).save("/dev/null")
+    assert Path("/dev/null").is_char_device()
+    assert not Path("/dev/null.npz").exists()

@@ -5,25 +5,35 @@ from __future__ import annotations
 import contextlib
 import errno
 import os
+import re
 import shutil
+import sys
 import tempfile
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import IO
+
+#: Names of the descriptors of this process, such as /dev/stdout
+_DESCRIPTOR = re.compile(r"(?:/dev/fd|/proc/self/fd)/(\d+)$|/dev/(stdout|stderr)$")
 
 
 @contextmanager
 def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     """Yield a temporary path beside `path`, of the same suffix; rename it to `path` on success.
 
-    On an exception (Ctrl-C too) the temporary file is removed and `path` is as it was. A link is
-    followed; a device or a pipe is written as it is. What fails without a file's name, as a write to a full
-    disk does, gets that of `path`.
+    On an exception (Ctrl-C too) the temporary file is removed and `path` is as it was. A link is followed. What is not
+    a file, such as a device, a pipe or ``/dev/stdout``, is not replaced: on success all is written into it at once.
+    What fails without a file's name, as a write to a full disk does, gets that of `path`.
     """
     if Path(path).is_dir():
         raise IsADirectoryError(errno.EISDIR, "Is a directory", os.fspath(path))
-    if Path(path).exists() and not Path(path).is_file():
-        yield Path(path)
+    if is_stream(path):
+        with tempfile.TemporaryDirectory() as folder:
+            temporary = Path(folder) / f"stream{Path(path).suffix}"
+            yield temporary
+            with _open_stream(path) as stream, temporary.open("rb") as file:
+                shutil.copyfileobj(file, stream)
         return
     target = Path(os.path.realpath(path))
     with _parents(target):
@@ -45,10 +55,27 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+def is_stream(path: str | os.PathLike[str]) -> bool:
+    """Whether a path is no file but something to write into: a device, a pipe, an open descriptor."""
+    return bool(_DESCRIPTOR.match(os.fspath(path))) or (Path(path).exists() and not Path(path).is_file())
+
+
+def _open_stream(path: str | os.PathLike[str]) -> IO[bytes]:
+    """Open a stream to write. A descriptor is not opened anew, which would empty its file, but goes on where it is."""
+    named = _DESCRIPTOR.match(os.fspath(path))
+    if not named:
+        return Path(path).open("wb")
+    sys.stdout.flush()
+    number = int(named[1]) if named[1] else {"stdout": 1, "stderr": 2}[named[2]]
+    return os.fdopen(os.dup(number), "wb")
+
+
 def check_writable(path: str | os.PathLike[str]) -> None:
     """Raise now, before hours of work, where a file could not be written later."""
     if Path(path).is_dir():
         raise ValueError(f"{os.fspath(path)} is a folder; name a file in it")
+    if is_stream(path):
+        return
     there = next(parent for parent in Path(os.path.realpath(path)).parents if parent.exists())
     try:
         tempfile.TemporaryFile(dir=there).close()

@@ -51,6 +51,8 @@ class Design:
     largest_size : callable
         The largest number of points, at most n, that a set can have in d dimensions, from (n, d). Raises
         ValueError where n is too small for any.
+    most_dimensions : int or inf
+        The largest dimension in which there are sets.
     """
 
     name: str
@@ -59,6 +61,14 @@ class Design:
     independent: bool = False
     period: Callable[[int], int] = _no_colours
     largest_size: LargestSize = _any_size
+    most_dimensions: float = math.inf
+
+    def check_dimension(self, d: int) -> None:
+        """Raise ValueError where there are no sets in d dimensions."""
+        if d > self.most_dimensions:
+            raise ValueError(
+                f"{self.name!r} sets have at most d = {self.most_dimensions} dimensions, got d = {d}; use 'sobol'"
+            )
 
     @property
     def stratified(self) -> bool:
@@ -96,7 +106,7 @@ SAMPLERS: dict[Design, Draw] = {
     REGULAR: _regular,
     Design("sobol"): sequences.sobol,
     Design("halton"): sequences.halton,
-    Design("zero-two"): sequences.zero_two,
+    Design("zero-two", most_dimensions=2): sequences.zero_two,
     ORTHOGONAL: orthogonal.points,
 }
 

@@ -18,6 +18,26 @@ from .grids import grid_shape, stratum_index
 Rng: TypeAlias = int | np.random.Generator | None
 
 
+@dataclass(frozen=True)
+class SetKind:
+    """What is known of sample sets before they are drawn; whether there is a rule for them depends on this only.
+
+    Parameters
+    ----------
+    design : str
+        Name of the design.
+    n, d : int
+        Number of points of a set, and dimension.
+    sets : int
+        Number of sets that are weighted together.
+    """
+
+    design: str
+    n: int
+    d: int
+    sets: int = 1
+
+
 @dataclass(frozen=True, eq=False)
 class SampleSet:
     """Points of the unit box and the design they were drawn by.
@@ -60,6 +80,11 @@ class SampleSet:
     def d(self) -> int:
         """Dimension."""
         return int(self.points.shape[-1])
+
+    @property
+    def kind(self) -> SetKind:
+        """What a rule must know of the set, or of the sets of a batch."""
+        return SetKind(self.design, self.n, self.d, len(self.points) if self.points.ndim == 3 else 1)
 
     def __len__(self) -> int:
         return self.n
@@ -148,6 +173,7 @@ def sample(
 
     one_of("sampler", sampler, DESIGNS)
     drawn = DESIGNS[sampler]
+    drawn.check_dimension(d)
     strata = grid_shape(n, d) if drawn.gridded else None
     points = SAMPLERS[drawn](batch, n, d, generator)
     return _finish(points, sampler, strata, sets)

@@ -27,8 +27,6 @@ def halton(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.fl
 
 def zero_two(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """The (0,2)-sequence (sets, n, d ≤ 2) with random digital shifts."""
-    if d > 2:
-        raise ValueError(f"a (0,2)-sequence has at most d = 2 dimensions, got d = {d}; use 'sobol'")
     flips = rng.integers(0, 2**_BITS, size=(sets, 1, d), dtype=np.uint64)
     return _from_digits(_sobol_digits(n, d) ^ flips, rng)
 

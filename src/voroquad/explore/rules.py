@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..designs.design import DESIGNS
-from ..designs.sampling import SampleSet
+from ..designs.sampling import SetKind
 from ..rules.registry import RULES
 from ..study.convergence import Method
 from .edits import EditedSet
@@ -33,7 +33,7 @@ SAMPLERS = {design: _TITLES.get(design, design) for design in DESIGNS}
 
 def offered(design: str, d: int) -> dict[str, list[int]]:
     """The weights that a set of that design can have, each with those of its orders that are fast enough for a drag."""
-    probe = SampleSet(np.full((1, d), 0.5), design, (1,) * d if DESIGNS[design].gridded else None)
+    kind = SetKind(design, 1, d)
     orders = {
         weights: sorted(
             {
@@ -41,7 +41,7 @@ def offered(design: str, d: int) -> dict[str, list[int]]:
                 for rule in RULES
                 if rule.debias == weights
                 for p in rule.orders
-                if isinstance(p, int) and (DESIGNS[design].gridded or p <= HIGHEST_ORDER) and rule.covers(probe, p)
+                if isinstance(p, int) and (DESIGNS[design].gridded or p <= HIGHEST_ORDER) and rule.covers(kind, p)
             }
         )
         for weights in WEIGHTS

@@ -157,7 +157,7 @@ class Estimator:
 
         Order 0 of cross-fit predicts a constant, which the corrections take away again.
         """
-        constant = self.order == 0 and self.debias in ("auto", "cross-fit") and not has_rule(drawn, 0, self.debias)
+        constant = self.order == 0 and self.debias in ("auto", "cross-fit") and not has_rule(drawn.kind, 0, self.debias)
         if constant or (self.order == "auto" and self.debias == "auto"):
             return np.full(drawn.points.shape[:2], 1 / drawn.n)
         p = 0 if self.order == "auto" else self.order

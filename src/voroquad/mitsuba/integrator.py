@@ -11,9 +11,8 @@ import mitsuba as mi
 import numpy as np
 
 from .._support.checks import one_of, positive_int
-from ..designs import orthogonal
 from ..designs.design import DESIGNS
-from ..designs.sampling import SampleSet, sample
+from ..designs.sampling import SetKind
 from ..geometry.cells import cells
 from ..rules.registry import DEBIAS, MAX_ORDER, find_rule, weights
 from ..sample_tables import Recipe, SampleTable
@@ -339,10 +338,10 @@ def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> Recipe:
             f"sampler='scene' has order 0 and debias 'none' only, got order={order}, debias={debias!r}; "
             "name a design such as 'stratified' for other rules"
         )
-    # Whether the rule exists does not depend on n: say so before anything is rendered
-    drawn = _small_set(design, domain.dimension)
-    if weighted:
-        find_rule(drawn, order, debias)
+    if design != SCENE:
+        DESIGNS[design].check_dimension(domain.dimension)
+    if weighted:  # whether the rule exists does not depend on n: say so before anything is rendered
+        find_rule(SetKind(design, 1, domain.dimension), order, debias)
     return Recipe(
         design, 0, domain.dimension, _count(props, "sets"), order, debias, seed,
         periodic=domain.periodic and cellular, weighted=weighted,
@@ -352,13 +351,6 @@ def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> Recipe:
 def _recipe_of(table: SampleTable) -> Recipe:
     """What is known of how a table in a file was made."""
     return Recipe(table.design, table.n, table.d, table.sets, table.order, table.debias)
-
-
-def _small_set(design: str, d: int) -> SampleSet:
-    """A set of the design, of which `SCENE` says nothing that a rule could use."""
-    if design == SCENE:
-        return SampleSet(np.zeros((1, d)), design)
-    return sample(design, orthogonal.least(d) if design == "orthogonal" else 2**d, d, sets=1)
 
 
 def _table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:

@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from .._support.checks import one_of, thread_count
 from ..designs.design import DESIGNS, ENGINE_DESIGNS, design_of
-from ..designs.grids import stratum_index
-from ..designs.sampling import SampleSet, as_sample_set
+from ..designs.grids import grid_shape, stratum_index
+from ..designs.sampling import SampleSet, SetKind, as_sample_set
 from ..geometry.cells import cells
 from ..geometry.probes import probed_measures
 from . import exchange, strata_fits
@@ -124,22 +124,22 @@ def weights(
     else:
         order = int(order)
     if order == "auto":
-        order = default_order(samples, debias)
-    return find_rule(samples, order, debias).compute(samples, order, thread_count(threads))
+        order = default_order(samples.kind, debias)
+    return find_rule(samples.kind, order, debias).compute(samples, order, thread_count(threads))
 
 
-def default_order(samples: SampleSet, debias: str) -> int | str:
-    """The order that ``order="auto"`` stands for: that of :func:`voroquad.quad` where it has a rule, else 0.
+def default_order(kind: SetKind, debias: str) -> int | str:
+    """The order that ``order="auto"`` means: that of :func:`voroquad.quad` where it has a rule, else 0.
 
     Independent samples leave gaps, which on a line are so wide beside the mean that predictions across them are wild:
     there it is 0, above kriging.
     """
-    sets = len(samples.points) if samples.points.ndim == 3 else 1
-    if debias in ("auto", "leave-one-out") and samples.strata is not None:
-        return strata_fits.default_order(samples.strata) if design_of(samples.design).stratified else 0
-    if debias in ("auto", "leave-one-out") and samples.design == "uniform" and samples.d > 1 and samples.n <= MOST:
+    design = design_of(kind.design)
+    if debias in ("auto", "leave-one-out") and design.gridded:
+        return strata_fits.default_order(grid_shape(kind.n, kind.d)) if design.stratified else 0
+    if debias in ("auto", "leave-one-out") and kind.design == "uniform" and kind.d > 1 and kind.n <= MOST:
         return "kriging"
-    if debias in ("auto", "cross-fit") and design_of(samples.design).randomised and sets > 1:
+    if debias in ("auto", "cross-fit") and design.randomised and kind.sets > 1:
         return "kriging"
     return 0
 
@@ -156,14 +156,14 @@ class Rule:
     fewest_sets: int = 1
     most: float = math.inf  # samples of a set
 
-    def covers(self, samples: SampleSet, order: int | str) -> bool:
-        """Whether the rule has a meaning for this set and order."""
+    def covers(self, kind: SetKind, order: int | str) -> bool:
+        """Whether the rule has a meaning for sets of this kind and this order."""
         return (
             order in self.orders
-            and samples.d in self.dimensions
-            and samples.n <= self.most
-            and (self.designs is None or samples.design in self.designs)
-            and (self.fewest_sets == 1 or (samples.points.ndim == 3 and len(samples.points) >= self.fewest_sets))
+            and kind.d in self.dimensions
+            and kind.n <= self.most
+            and (self.designs is None or kind.design in self.designs)
+            and kind.sets >= self.fewest_sets
         )
 
     @property
@@ -180,31 +180,31 @@ class Rule:
         return f"debias={self.debias!r}{biased} with {orders}, {designs}{sets}"
 
 
-def has_rule(samples: SampleSet, order: int | str, debias: str) -> bool:
-    """Whether there is a rule for a set."""
-    return next(_matching(samples, order, debias), None) is not None
+def has_rule(kind: SetKind, order: int | str, debias: str) -> bool:
+    """Whether there is a rule for sets of a kind."""
+    return next(_matching(kind, order, debias), None) is not None
 
 
-def find_rule(samples: SampleSet, order: int | str, debias: str) -> Rule:
-    """The rule for a set; ValueError with those nearest to it if there is none.
+def find_rule(kind: SetKind, order: int | str, debias: str) -> Rule:
+    """The rule for sets of a kind; ValueError with those nearest to it if there is none.
 
     Where an unbiased rule was asked for, biased ones are listed last and called so.
     """
-    if (rule := next(_matching(samples, order, debias), None)) is not None:
+    if (rule := next(_matching(kind, order, debias), None)) is not None:
         return rule
-    near = [rule for rule in RULES if rule.debias == debias or rule.covers(samples, order)]
+    near = [rule for rule in RULES if rule.debias == debias or rule.covers(kind, order)]
     if debias == "auto":
-        near += [rule for rule in RULES if rule.unbiased and any(rule.covers(samples, p) for p in rule.orders)]
+        near += [rule for rule in RULES if rule.unbiased and any(rule.covers(kind, p) for p in rule.orders)]
     near = sorted(dict.fromkeys(near or RULES), key=lambda rule: not rule.unbiased)
     raise ValueError(
-        f"no rule for order={order!r}, debias={debias!r}, design {samples.design!r}, d = {samples.d}, "
-        f"n = {samples.n}; there are: " + "; ".join(map(str, near))
+        f"no rule for order={order!r}, debias={debias!r}, design {kind.design!r}, d = {kind.d}, "
+        f"n = {kind.n}; there are: " + "; ".join(map(str, near))
     )
 
 
-def _matching(samples: SampleSet, order: int | str, debias: str) -> Iterator[Rule]:
+def _matching(kind: SetKind, order: int | str, debias: str) -> Iterator[Rule]:
     for rule in RULES:
-        if (rule.unbiased if debias == "auto" else rule.debias == debias) and rule.covers(samples, order):
+        if (rule.unbiased if debias == "auto" else rule.debias == debias) and rule.covers(kind, order):
             yield rule
 
 
