@@ -17,21 +17,26 @@
 namespace voroquad {
 
 // Calls inside(a, b) and outside(a, b) for the pieces of the segment from p to q that the ball
-// holds and does not hold.
-template <int D, class Inside, class Outside>
+// holds and does not hold. Only the first `Axes` coordinates count: 2 of 3 make a cylinder.
+template <int D, int Axes = D, class Inside, class Outside>
 void split_at_ball(const Point<D> &p, const Point<D> &q, double radius, Inside &&inside,
                    Outside &&outside) {
     const Point<D> along = difference<D>(q, p);
+    const auto product = [](const Point<D> &a, const Point<D> &b) {
+        double sum = 0.0;
+        for (int k = 0; k < Axes; ++k) sum += a[k] * b[k];
+        return sum;
+    };
     const auto at = [&](double t) {
         Point<D> point;
         for (int a = 0; a < D; ++a) point[a] = p[a] + t * along[a];
         return point;
     };
-    const double length2 = dot<D>(along, along);
+    const double length2 = product(along, along);
     if (length2 == 0.0) return;
-    const double nearest = -dot<D>(p, along) / length2;
+    const double nearest = -product(p, along) / length2;
     const Point<D> foot = at(nearest);
-    const double rest2 = radius * radius - dot<D>(foot, foot);
+    const double rest2 = radius * radius - product(foot, foot);
     const double half = rest2 > 0.0 ? std::sqrt(rest2 / length2) : 0.0;
     const double from = std::clamp(nearest - half, 0.0, 1.0);
     const double to = std::clamp(nearest + half, 0.0, 1.0);

@@ -7,6 +7,7 @@
 #include <voroquad/ball.hpp>
 #include <voroquad/cells.hpp>
 #include <voroquad/centroid.hpp>
+#include <voroquad/cylinder.hpp>
 #include <voroquad/faces.hpp>
 #include <voroquad/memory.hpp>
 
@@ -70,6 +71,19 @@ Array<double> measures_in_ball(StridedSets points, unsigned threads) {
         if (points.shape(2) == 2)
             cell_measures_in_ball<2>(one_set<2>(points), out.data(), threads, CheckSignals());
         else cell_measures_in_ball<3>(one_set<3>(points), out.data(), threads, CheckSignals());
+    }
+    const std::size_t n = out.size();
+    return own(std::move(out), {n});
+}
+
+Array<double> measures_in_cylinder(StridedSets points, Sides sides, Axes periodic, double radius,
+                                   unsigned threads) {
+    std::vector<double> out(points.shape(1));
+    const Bounds<3> domain = bounds_of<3>(sides, periodic);
+    {
+        nb::gil_scoped_release release;
+        cell_measures_in_cylinder(one_set<3>(points), domain, radius, out.data(), threads,
+                                  CheckSignals());
     }
     const std::size_t n = out.size();
     return own(std::move(out), {n});
@@ -145,5 +159,8 @@ void bind_cells(nb::module_ &m) {
     m.def("measures_in_ball", &measures_in_ball, "points"_a, "threads"_a,
           "Measures (n,) of the cells of points (1, n, d), d = 2 or 3, in the ball that touches "
           "the sides of the unit box.");
+    m.def("measures_in_cylinder", &measures_in_cylinder, "points"_a, "sides"_a, "periodic"_a,
+          "radius"_a, "threads"_a,
+          "Volumes (n,) of the cells of points (1, n, 3) in the cylinder about the third axis.");
     m.def("default_thread_count", &default_thread_count);
 }

@@ -18,6 +18,9 @@ def polyhedra(
 def centroids(
     points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_], threads: int
 ) -> NDArray[np.float64]: ...
+def measures_in_cylinder(
+    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_], radius: float, threads: int
+) -> NDArray[np.float64]: ...
 def measures_in_ball(points: NDArray[np.float64], threads: int) -> NDArray[np.float64]: ...
 def leave_one_out_strata(
     points: NDArray[np.float64],

@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 from scipy.spatial import KDTree
 
 import voroquad as vq
+from voroquad.geometry.k_space import cylinder_axis, rim_of
 
 
 def radial(spokes: int, samples: int) -> np.ndarray:
@@ -115,6 +116,141 @@ def test_the_rim_that_fits_is_chosen():
     assert vq.density_compensation(np.zeros((4, 2))).tolist() == [0.25] * 4
 
 
+# ---------------------------------------------------------------------- cylinders
+
+
+def stack(planes: int, plane: np.ndarray, axis: int = 2) -> np.ndarray:
+    """Planes (planes * n, 3) at the centres of equal slabs of the axis."""
+    height = (np.arange(planes) + 0.5) / planes - 0.5
+    flat = plane.reshape(-1, 2)
+    return np.concatenate([np.insert(flat, axis, h, axis=1) for h in height])
+
+
+@pytest.mark.parametrize("axis", [0, 1, 2])
+@pytest.mark.parametrize("shift", [0.0, -1 / 16])  # planes at the centres of slabs, or from -1/2
+def test_a_stack_is_weighed_as_its_planes(axis, shift):
+    plane = vq.density_compensation(radial(20, 16))
+    trajectory = stack(8, radial(20, 16), axis)
+    trajectory[:, axis] += shift
+    for rim in ("auto", "cylinder"):
+        np.testing.assert_allclose(vq.density_compensation(trajectory, rim=rim), np.tile(plane, 8) / 8, atol=1e-15)
+    box = vq.density_compensation(trajectory, rim="box")
+    assert abs(box.reshape(8, -1) - plane / 8).max() > plane.max() / 8, "the box is another domain"
+
+
+def random_cylinder(n: int) -> np.ndarray:
+    rng = np.random.default_rng(4)
+    angle, radius = 2 * np.pi * rng.random(n), 0.5 * np.sqrt(rng.random(n))
+    radius[0] = 0.5
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle), rng.uniform(-0.5, 0.5, n)], axis=1)
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("bounded", [False, True])
+def test_weights_in_the_cylinder_by_counting(bounded):
+    """Shares of a million darts: normal errors, |z| > 5.5 once in 2.6e7 for each of 60 weights."""
+    points = random_cylinder(60)
+    ends = (-0.5, 0.5) if bounded else None
+    w = vq.density_compensation(points, rim="cylinder", bounds=ends)
+    assert w.sum() == pytest.approx(np.pi / 4, rel=1e-12)
+    darts = np.random.default_rng(5).uniform(-0.5, 0.5, (10**6, 3))
+    inside = darts[np.hypot(darts[:, 0], darts[:, 1]) < 0.5]
+    tree = KDTree(points + 0.5, boxsize=None if bounded else [9, 9, 1])
+    share = np.bincount(tree.query(inside + 0.5)[1], minlength=len(points)) / len(darts)
+    z = (share - w) / np.sqrt(w * (1 - w) / len(darts))
+    assert np.abs(z).max() < 5.5
+    other = vq.density_compensation(points, rim="cylinder", bounds=None if bounded else (-0.5, 0.5))
+    assert np.abs((share - other) / np.sqrt(other * (1 - other) / len(darts))).max() > 20, "the ends are told apart"
+
+
+def test_tilted_cuts_of_a_cylinder():
+    """A plane z = 0.05 + 0.4 x that meets the mantle only, and a wedge of 2/3 R³ over half of the floor."""
+    w = vq.density_compensation([[0.1, 0, -0.2], [-0.1, 0, 0.3]], rim="cylinder", bounds=(-0.5, 0.5))
+    np.testing.assert_allclose(w, np.pi * 0.1**2 * np.array([0.55, 0.45]), rtol=1e-12)
+    ends = [(-0.5, 0.5), (-0.5, 0.5), (0, 0.5)]
+    w = vq.density_compensation([[0.1, 0, 0], [0, 0, 0.1], [0, 0.1, 0.5]], rim="cylinder", bounds=ends)
+    assert w[0] == pytest.approx(2 / 3 * 0.1**3, rel=1e-12)
+    assert w.sum() == pytest.approx(np.pi * 0.1**2 / 2, rel=1e-12)
+
+
+@given(any_set())
+def test_any_positions_share_the_cylinder(points):
+    trajectory = np.resize(points, (len(points), 3)) - 0.5
+    radius = np.linalg.norm(np.delete(trajectory, cylinder_axis(trajectory), axis=1), axis=1).max()
+    if radius == 0:
+        return
+    w = vq.density_compensation(trajectory, rim="cylinder", bounds=(-0.5, 0.5))
+    assert (w >= 0).all()
+    assert w.sum() == pytest.approx(np.pi * radius**2, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("trajectory", "rim"),
+    [
+        (stack(8, radial(20, 16)), "cylinder"),
+        (0.2 * stack(8, radial(20, 16)) + [0, 0, 0.4], "cylinder"),  # few planes, round in all axes' directions
+        (stack(8, np.stack(np.meshgrid(*[np.linspace(-0.5, 0.5, 9)] * 2), axis=-1)), "box"),
+        (random_cylinder(500), "cylinder"),
+        (koosh_ball(300, 17), "ball"),
+        (np.concatenate([koosh_ball(300, 17).reshape(-1, 3), [[0, 0, 0.5], [0, 0, -0.5]]]).round(1), "ball"),
+    ],
+)
+def test_the_rim_of_samples_in_space(trajectory, rim):
+    assert rim_of(trajectory.reshape(-1, 3)) == rim
+
+
+def test_an_axis_that_is_covered_in_part_needs_bounds():
+    part = stack(8, radial(20, 16)) * [1, 1, 0.2]
+    with pytest.raises(ValueError, match=r"covers \[-0.0875, 0.0875\] of axis 2 only"):
+        vq.density_compensation(part)
+    w = vq.density_compensation(part, rim="cylinder", bounds=[(-0.5, 0.5), (-0.5, 0.5), (-0.1, 0.1)])
+    np.testing.assert_allclose(w, np.tile(vq.density_compensation(radial(20, 16)), 8) / 40, atol=1e-15)
+    with pytest.raises(ValueError, match=r"not inside \[-0.1, 0.1\]\^3 cycles/voxel; widen bounds="):
+        vq.density_compensation(part, rim="cylinder", bounds=(-0.1, 0.1))
+
+
+# ---------------------------------------------------------------------- planes, bounds, units
+
+
+@pytest.mark.parametrize("rim", ["auto", "ball", "cylinder", "box"])
+@pytest.mark.parametrize("axis", [0, 1, 2])
+def test_a_plane_stored_in_space_is_weighed_as_a_plane(rim, axis):
+    plane = radial(20, 16)
+    stored = np.insert(plane, axis, 0.25, axis=2)
+    expected = vq.density_compensation(plane, rim="ball" if rim == "cylinder" else rim)
+    for shape in (None, (32, 32), (32, 32, 1) if axis == 2 else (1, 32, 32)):
+        np.testing.assert_array_equal(vq.density_compensation(stored, shape, rim=rim), expected)
+
+
+def test_a_tilted_plane_or_a_line_in_space_is_asked_about():
+    tilted = np.insert(radial(20, 16), 2, 0, axis=2) @ np.array([[1, 0, 0], [0, 0.6, 0.8], [0, -0.8, 0.6]])
+    line = np.linspace(-0.5, 0.5, 33)[:, None] * [0.0, 0.0, 1.0]
+    for flat in (tilted, line):
+        with pytest.raises(ValueError, match="lies in one plane or on a line of space; pass its two coordinates"):
+            vq.density_compensation(flat)
+        assert vq.density_compensation(flat, rim="ball").sum() == pytest.approx(np.pi / 6, rel=1e-12)
+
+
+def test_bounds_end_the_box():
+    grid = np.stack(np.meshgrid(np.arange(-4, 5) / 16, np.arange(-2, 3) / 16), axis=-1)
+    w = vq.density_compensation(grid, bounds=[(-4.5 / 16, 4.5 / 16), (-2.5 / 16, 2.5 / 16)])
+    np.testing.assert_allclose(w, 1 / 256, rtol=1e-12)
+    radians = vq.density_compensation(
+        grid * 2 * np.pi,
+        bounds=2 * np.pi * np.array([(-4.5 / 16, 4.5 / 16), (-2.5 / 16, 2.5 / 16)]),
+        units="radians/voxel",
+    )
+    np.testing.assert_allclose(radians, w, rtol=1e-12)
+
+
+@pytest.mark.parametrize("rim", ["box", "ball"])
+def test_units(rim):
+    w = vq.density_compensation(radial(20, 16), rim=rim)
+    for units, factor in (("radians/voxel", 2 * np.pi), ("cycles/fov", np.array([32, 24]))):
+        given = (radial(20, 16) * factor).astype(np.float32)
+        np.testing.assert_allclose(vq.density_compensation(given, (32, 24), rim=rim, units=units), w, rtol=1e-4)
+
+
 def test_positions_rounded_to_single_precision():
     rounded = (radial(20, 16) * 2 * np.pi).astype(np.float32) / np.float32(2 * np.pi) * (1 + 1e-7)
     for rim in ("box", "ball"):
@@ -131,11 +267,18 @@ def test_bits_do_not_depend_on_threads():
     ("trajectory", "options", "message"),
     [
         (np.zeros((4, 5)), {}, "d = 2 or 3"),
-        (np.full((4, 2), 0.6), {}, "cycles per voxel"),
+        (np.full((4, 2), 0.6), {}, r"sample 0 .* \[0.6, 0.6\], not inside \[-0.5, 0.5\]\^2 cycles/voxel; say units="),
         (np.full((4, 2), np.nan), {}, "sample 0"),
         (np.zeros((4, 2)), {"shape": (8, 8, 8)}, "as many axes"),
         (np.zeros((4, 2)), {"rim": "disc"}, "unknown rim"),
         (np.zeros((4, 2)), {"rim": "ball"}, "leaves the origin"),
+        (np.zeros((4, 2)), {"rim": "cylinder"}, "d = 3"),
+        (np.eye(3) * [0, 0, 0.5], {"rim": "cylinder", "bounds": (-0.5, 0.5)}, "leaves the axis"),
+        (radial(4, 8), {"rim": "ball", "bounds": (-0.5, 0.5)}, "bounds= is for rim='box' and 'cylinder'"),
+        (radial(4, 8), {"bounds": (-0.4, 0.5)}, r"not inside \[-0.4, 0.5\] × .*|widen bounds="),
+        (radial(4, 8), {"units": "cycles"}, "unknown units 'cycles'; choose one of cycles/voxel, radians/voxel"),
+        (radial(4, 8), {"units": "cycles/fov"}, "needs the shape of the image"),
+        (np.ma.masked_greater(radial(4, 8), 0.4), {}, "must not be masked"),
     ],
 )
 def test_bad_input_is_named(trajectory, options, message):

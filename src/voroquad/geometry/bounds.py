@@ -51,12 +51,21 @@ class Bounds:
         far = ((low > 0) & (high <= 2 * low)) | ((high < 0) & (low >= 2 * high))  # where x − low is exact
         self._offset = np.where(far, low, 0.0)
         self._exponent = math.frexp(length.max())[1] - 1
-        self.core_sides = np.ascontiguousarray(self._scaled(self.sides.T).T)
+        self._core_sides = np.ascontiguousarray(self._scaled(self.sides.T).T)
 
     @property
     def d(self) -> int:
         """Dimension."""
         return len(self.sides)
+
+    @property
+    def in_core(self) -> tuple[Floats, NDArray[np.bool_]]:
+        """The sides (d, 2) as the core takes them, and for each axis whether it is periodic (d,)."""
+        return self._core_sides, self.periodic
+
+    def length_in_core(self, length: float) -> float:
+        """A length in the unit of the core's coordinates."""
+        return math.ldexp(length, -self._exponent)
 
     def to_core(self, points: ArrayLike, name: str = "points") -> Floats:
         """Points (n, d) or (sets, n, d) as the core takes them: in the box, on periodic axes below its upper end.
@@ -68,7 +77,7 @@ class Bounds:
         array = point_array(points, name=name)
         self._refuse_outside(array, _type_of(given.dtype), name)
         array = self._scaled(array)
-        low, high = self.core_sides.T
+        low, high = self._core_sides.T
         below_high = np.where(self.periodic, np.nextafter(high, low), high)
         least, most = extent(array)
         if (least >= low).all() and (most <= below_high).all():

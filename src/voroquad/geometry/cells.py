@@ -40,7 +40,7 @@ class Cells:
         """Length, area or volume (n,) of each point's cell; (sets, n) for a batch. Those of a set sum to the box's."""
         if self._measures is None:
             batch = self._points if self._points.ndim == 3 else self._points[None]
-            measures = _core.measures(batch, *self._domain, self._threads)
+            measures = _core.measures(batch, *self._bounds.in_core, self._threads)
             measures = self._bounds.measures_from_core(measures)
             self._measures = measures if self._points.ndim == 3 else measures[0]
         return self._measures
@@ -51,15 +51,15 @@ class Cells:
         points = self._one_set("centroids")
         if self._centroids is None:
             if points.shape[-1] == 1:
-                centroids = _core.intervals(points, *self._domain).mean(axis=1, keepdims=True)
+                centroids = _core.intervals(points, *self._bounds.in_core).mean(axis=1, keepdims=True)
             else:
-                centroids = _core.centroids(points, *self._domain, self._threads)
+                centroids = _core.centroids(points, *self._bounds.in_core, self._threads)
             self._centroids = self._bounds.from_core(centroids)
         return self._centroids
 
     def intervals(self) -> NDArray[np.float64]:
         """Ends (n, 2) of each point's cell, d = 1; on a periodic axis they may lie outside the bounds."""
-        return self._bounds.from_core(_core.intervals(self._one_set("intervals", 1), *self._domain))
+        return self._bounds.from_core(_core.intervals(self._one_set("intervals", 1), *self._bounds.in_core))
 
     def polygons(self) -> list[NDArray[np.float64]]:
         """Corners (k, 2) of each point's cell, counter-clockwise, d = 2.
@@ -67,7 +67,7 @@ class Cells:
         On periodic axes a cell is not cut at the border of the box, so corners may lie outside it.
         Points that coincide each get the cell that they share.
         """
-        vertices, offsets = _core.polygons(self._one_set("polygons", 2), *self._domain)
+        vertices, offsets = _core.polygons(self._one_set("polygons", 2), *self._bounds.in_core)
         return np.split(self._bounds.from_core(vertices), offsets[1:-1].astype(np.intp))
 
     def polyhedra(self) -> list[list[NDArray[np.float64]]]:
@@ -76,13 +76,9 @@ class Cells:
         On periodic axes a cell is not cut at the border of the box. Points that coincide each get the
         cell that they share.
         """
-        corners, begin, cells = _core.polyhedra(self._one_set("polyhedra", 3), *self._domain)
+        corners, begin, cells = _core.polyhedra(self._one_set("polyhedra", 3), *self._bounds.in_core)
         faces = np.split(self._bounds.from_core(corners), begin[1:-1].astype(np.intp))
         return [faces[first:last] for first, last in itertools.pairwise(cells.tolist())]
-
-    @property
-    def _domain(self) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
-        return self._bounds.core_sides, self._bounds.periodic
 
     def _one_set(self, what: str, d: int | None = None) -> NDArray[np.float64]:
         if self._points.ndim != 2 or d not in (None, self._points.shape[-1]):

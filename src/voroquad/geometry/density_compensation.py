@@ -6,10 +6,12 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._support.checks import one_of, positive_int, refuse_lossy, thread_count
+from .._support.checks import one_of, thread_count
+from .bounds import Bounds
 from .cells import cells
+from .k_space import UNITS, cylinder_axis, radius_of, read_trajectory, refuse_uncovered, rim_of, spanned_axes
 
-ROUNDING = 1e-6  # how far a position of a trajectory in float32 may miss the face it is on
+Floats = NDArray[np.float64]
 
 
 def density_compensation(
@@ -17,42 +19,57 @@ def density_compensation(
     shape: tuple[int, ...] | None = None,
     *,
     rim: str = "auto",
+    bounds: ArrayLike | None = None,
+    units: str = "cycles/voxel",
     threads: int | None = None,
-) -> NDArray[np.float64]:
+) -> Floats:
     """Voronoi weights of k-space samples.
 
     Parameters
     ----------
     trajectory : array_like, (shots, samples, d) or (n, d), d = 2 or 3
-        Sample positions in [−½, ½]^d, in cycles per voxel.
+        Sample positions. In cycles per voxel k-space is the box [−½, ½]^d. A plane may be given with a third coordinate
+        that is the same for all samples; it is weighed as a plane.
     shape : tuple of int, (d,), optional
-        Shape of the image. Weights do not depend on it; it is checked against d, and makes the
-        function callable wherever (trajectory, shape) is passed.
-    rim : {"auto", "box", "ball"}
-        Where the outermost cells end: at the faces of [−½, ½]^d, or at the disc or ball around the
-        origin that the trajectory reaches (radial, spiral and koosh-ball data: nothing was measured
-        beyond). By default the box for trajectories that fill its corners, else the ball.
+        Shape of the image. Weights do not depend on it, but for positions in ``"cycles/fov"``; it is checked against
+        d, and makes the function callable wherever (trajectory, shape) is passed.
+    rim : {"auto", "box", "ball", "cylinder"}
+        Where the outermost cells end. ``"box"``: at the faces of [−½, ½]^d, or of `bounds`. ``"ball"``: at the disc or
+        ball around the origin that the trajectory reaches (radial, spiral and koosh-ball data: nothing was measured
+        beyond). ``"cylinder"``, d = 3: at the disc that the trajectory reaches in two axes; along the third, k-space is
+        periodic from −½ to ½ (stacks of stars or spirals). ``"auto"``: what the trajectory fills, see Notes.
+    bounds : array_like, (d, 2) or (2,), optional
+        Ends of k-space on each axis, in the unit of the trajectory, for ``"box"`` and for the axis of a ``"cylinder"``,
+        where less than the whole of [−½, ½] was measured. Cells end there.
+    units : {"cycles/voxel", "radians/voxel", "cycles/fov"}
+        Unit of the positions: within [−½, ½], within [−π, π], or within [−N/2, N/2] for an image of N voxels along
+        the axis, as in BART; ``"cycles/fov"`` (per field of view) needs `shape`.
     threads : int, optional
         Number of threads; all processors by default. The result does not depend on it.
 
     Returns
     -------
     ndarray, (n,)
-        Weights w of the reconstruction Σ_j w_j s_j exp(2πi k_j·r), in the order of
-        ``trajectory.reshape(-1, d)``. They sum to the area or volume of the box or ball. Repeated
+        Weights w of the reconstruction Σ_j w_j s_j exp(2πi k_j·r), in the order of ``trajectory.reshape(-1, d)``, with
+        k in cycles per voxel. They sum to the area or volume, in those units, of the domain that `rim` says. Repeated
         positions, such as the centre that all spokes cross, share their cell.
 
     Raises
     ------
     ValueError
-        A position is not finite or outside [−½, ½]^d, d is not 2 or 3, `shape` does not have d
-        axes, or with ``rim="ball"`` all positions are the origin.
+        A position is not finite or outside k-space, d is not 2 or 3, `shape` does not have d axes; with
+        ``rim="ball"`` or ``"cylinder"`` all positions are the origin or on the axis; with ``"cylinder"`` an axis that
+        is covered in part only, without `bounds`; with ``"auto"`` samples of a line or of a tilted plane in space.
 
     Notes
     -----
-    The ball has the radius R = max \\|k\\|, and the weights are the exact areas or volumes of the
-    cells' parts in it. A trajectory fills corners where R > 1.2 max_a \\|k_a\\|; for a full square or
-    cube that ratio is √d. Planes of a stack are best weighed each on its own.
+    The ball has the radius R = max \\|k\\|, and the weights are the exact areas or volumes of the cells' parts in it,
+    and so in the cylinder. ``"auto"`` takes the ball where R ≤ 1.2 max_a \\|k_a\\|; for a full square or cube that
+    ratio is √d. In space it takes the cylinder where the ratio is at most 1.2 in two of the axes only, or where the
+    samples lie in a few planes that are filled to a disc of the same radius. Else it takes the box.
+
+    The cells of a stack are those in space. Where planes are turned against each other, weighing each on its own may
+    serve better: pass the two coordinates of each plane.
 
     References
     ----------
@@ -69,35 +86,51 @@ def density_compensation(
     >>> bool(abs(w.sum() - np.pi / 4) < 1e-12)
     True
     """
-    one_of("rim", rim, ("auto", "box", "ball"))
-    positions = _positions(trajectory, shape)
-    largest = float(np.abs(positions).max())
-    radius = largest * float(np.linalg.norm(positions / (largest or 1.0), axis=1).max())  # no square underflows
-    if rim == "auto":
-        rim = "ball" if 0 < radius <= 1.2 * largest else "box"
+    one_of("rim", rim, ("auto", "box", "ball", "cylinder"))
+    given = read_trajectory(trajectory, shape, units)
+    if bounds is None:
+        all_axes = given.d
+        given = given.on_axes(spanned_axes(given.positions))
+        if rim == "cylinder" and given.d < all_axes:
+            rim = "ball"
+        others = " or ".join(repr(unit) for unit in UNITS if unit != units)
+        sides = np.tile([-0.5, 0.5], (given.d, 1))
+        given.refuse_outside(sides, f"say units={others} if it is in these, or scale it")
+        rim = rim_of(given.positions) if rim == "auto" else rim
+    else:
+        sides = Bounds(given.d, bounds).sides / given.per_unit[:, None]
+        given.refuse_outside(sides, "widen bounds= or drop the sample")
+        rim = "box" if rim == "auto" else rim
     if rim == "box":
-        return cells(np.clip(positions + 0.5, 0, 1), threads=threads).measures
+        return cells(np.clip(given.positions, *sides.T), bounds=sides, threads=threads).measures
+    if rim == "cylinder":
+        return _in_cylinder(given.positions, None if bounds is None else sides, thread_count(threads))
+    if bounds is not None:
+        raise ValueError("bounds= is for rim='box' and 'cylinder'; the ball ends where the trajectory does")
+    return _in_ball(given.positions, thread_count(threads))
+
+
+def _in_ball(positions: Floats, threads: int) -> Floats:
+    radius = radius_of(positions)
     if radius == 0:
         raise ValueError('rim="ball" needs a trajectory that leaves the origin; use rim="box"')
     in_unit_box = np.clip(positions / (2 * radius) + 0.5, 0, 1)
-    return (2 * radius) ** positions.shape[1] * _core.measures_in_ball(in_unit_box[None], thread_count(threads))
+    return (2 * radius) ** positions.shape[1] * _core.measures_in_ball(in_unit_box[None], threads)
 
 
-def _positions(trajectory: ArrayLike, shape: tuple[int, ...] | None) -> NDArray[np.float64]:
-    refuse_lossy("trajectory", trajectory)
-    array = np.asarray(trajectory, dtype=np.float64)
-    if array.ndim not in (2, 3) or array.shape[-1] not in (2, 3) or array.size == 0:
-        raise ValueError(f"trajectory must have shape (shots, samples, d) or (n, d) with d = 2 or 3, got {array.shape}")
-    positions = array.reshape(-1, array.shape[-1])
-    outside = ~(np.abs(positions) <= 0.5 + ROUNDING).all(axis=1)
-    if outside.any():
-        first = int(np.argmax(outside))
-        raise ValueError(
-            f"sample {first} of the trajectory is {positions[first].tolist()}, not inside [-0.5, 0.5]; "
-            "scale the trajectory to cycles per voxel"
-        )
-    if shape is not None and np.ndim(shape) != 1:
-        raise ValueError(f"shape must have a number for each axis, such as (64,) * {positions.shape[1]}, got {shape!r}")
-    if shape is not None and len([positive_int("shape", n) for n in shape]) != positions.shape[1]:
-        raise ValueError(f"shape {tuple(shape)} must have as many axes as the trajectory has: {positions.shape[1]}")
-    return positions
+def _in_cylinder(positions: Floats, sides: Floats | None, threads: int) -> Floats:
+    """Weights in the cylinder about the axis that fits best; its ends are those of `sides`, else it is periodic."""
+    if positions.shape[1] != 3:
+        raise ValueError('rim="cylinder" needs a trajectory in space, d = 3; a disc in the plane is rim="ball"')
+    axis = cylinder_axis(positions)
+    order = [*np.delete(np.arange(3), axis), axis]
+    radius = radius_of(positions[:, order[:2]])
+    if radius == 0:
+        raise ValueError('rim="cylinder" needs a trajectory that leaves the axis; use rim="box"')
+    if sides is None:
+        refuse_uncovered(positions, axis)
+    ends = (-0.5, 0.5) if sides is None else sides[axis]
+    box = Bounds(3, [(-radius, radius), (-radius, radius), ends], [False, False, sides is None])
+    inside = box.to_core(np.clip(positions[:, order], *box.sides.T))
+    measures = _core.measures_in_cylinder(inside[None], *box.in_core, box.length_in_core(radius), threads)
+    return box.measures_from_core(measures)
