@@ -141,3 +141,26 @@ def test_wrong_usage_is_exit_code_2(voroquad):
         assert run.returncode == 2
         assert "Error" in run.stderr
         assert "Traceback" not in run.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "why"),
+    [
+        (["log(x)", "--bounds=-1:1"], "not finite"),
+        (["exp(-(x - 1000)^2 / 2)", "--bounds=-inf:inf", "--rtol", "1e-3"], "tolerance is not met"),
+        (["0 * x", "--bounds", "0:1"], "func is 0 at every point"),
+        (["x", "--bounds", "0:1", "--atol", "1e-99", "--max-evaluations", "2000"], "tolerance"),
+    ],
+)
+def test_integrate_ends_with_1_where_the_result_is_not_reliable(voroquad, arguments, why):
+    run = voroquad("integrate", *arguments, "--seed", 1)
+    assert run.returncode == 1
+    assert why in run.stderr
+    assert run.stdout
+    assert "Traceback" not in run.stderr
+
+
+def test_limits_are_formulas(voroquad):
+    run = voroquad("integrate", "sin(x)^2", "--bounds", "0:2*pi", "--seed", 1, "--json")
+    assert run.returncode == 0, run.stderr
+    assert abs(json.loads(run.stdout)["integral"] - np.pi) < 1e-9

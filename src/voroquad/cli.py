@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 #: Exit code of a command ended by Ctrl-C, as shells have it
 INTERRUPTED = 130
+#: Exit code of an integral whose value or error is not reliable
+UNRELIABLE = 1
 
 app = typer.Typer(
     no_args_is_help=True,
@@ -108,7 +110,10 @@ def integrate(
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of all random numbers.")] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Integrate a formula over a box: value(uncertainty)."""
+    """Integrate a formula over a box: value(uncertainty).
+
+    Exit code 1: the value or its error is not reliable, or the tolerance is not met; standard error says why.
+    """
     from .integrals.diagnostics import described
     from .integrals.expression import compile_expression, parse_bounds
     from .integrals.quad import quad
@@ -133,6 +138,8 @@ def integrate(
         print(json.dumps(numbers | {"level": level, "n_evaluations": result.n_evaluations}))
     else:
         print(result)
+    if not result.success:
+        raise typer.Exit(UNRELIABLE)
 
 
 Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")]

@@ -3,8 +3,9 @@
 import numpy as np
 import pytest
 from cpu_time import cpu_time
+from scipy import special
 
-from voroquad.integrals.expression import compile_expression
+from voroquad.integrals.expression import compile_expression, parse_bounds
 
 X = np.random.default_rng(1).random((3, 7))
 
@@ -23,6 +24,16 @@ X = np.random.default_rng(1).random((3, 7))
         ("2", np.full(7, 2.0)),
         ("1 < 2", np.ones(7)),
         ("x ** y", X[0] ** X[1]),
+        ("erf(x) + erfc(y)", special.erf(X[0]) + special.erfc(X[1])),
+        ("gamma(x + 1) * exp(lgamma(y))", special.gamma(X[0] + 1) * special.gamma(X[1])),
+        ("j0(x) - j1(y)", special.j0(X[0]) - special.j1(X[1])),
+        ("atan2(y, x) + arctan2(x, y)", np.arctan2(X[1], X[0]) + np.arctan2(X[0], X[1])),
+        ("hypot(x, y)", np.sqrt(X[0] ** 2 + X[1] ** 2)),
+        ("where(x < y, exp(z), -1)", np.where(X[0] < X[1], np.exp(X[2]), -1.0)),
+        ("where(1, x, y) + where(0, x, z)", X[0] + X[2]),
+        ("asin(x) + acos(y) + atan(z)", np.arcsin(X[0]) + np.arccos(X[1]) + np.arctan(X[2])),
+        ("asinh(x) + acosh(y + 1) + atanh(z)", np.arcsinh(X[0]) + np.arccosh(X[1] + 1) + np.arctanh(X[2])),
+        ("trunc(3 * x) + exp2(y)", np.trunc(3 * X[0]) + 2 ** X[1]),
         ("0.2 < x <= y < 0.8", (X[0] > 0.2) & (X[0] <= X[1]) & (X[1] < 0.8)),
     ],
 )
@@ -68,3 +79,29 @@ def test_refused_within_a_tenth_of_a_second(text, message):
     with cpu_time() as seconds, pytest.raises(ValueError, match=message):
         compile_expression(text, 3)
     assert seconds() < 0.1
+
+
+@pytest.mark.parametrize(
+    ("text", "low", "high"),
+    [
+        ("0:1", [0], [1]),
+        ("0:2*pi,-inf:max(1, 2)", [0, -np.inf], [2 * np.pi, 2]),
+        ("-inf : +Infinity", [-np.inf], [np.inf]),
+        ("-sqrt(2):1e3", [-np.sqrt(2)], [1000]),
+        ("(1, )[0]:1", None, "not allowed"),
+        ("0-1", None, "cannot read '0-1'; write lower:upper"),
+        ("0:1:2", None, "cannot read '0:1:2'"),
+        ("", None, "cannot read ''"),
+        ("0:x", None, "unknown name 'x'"),
+        ("0:1/0", None, "the limit '1/0' is inf"),
+        ("0:nan", None, "unknown name 'nan'"),
+        ("0:__import__('os')", None, "no function"),
+    ],
+)
+def test_bounds(text, low, high):
+    if low is None:
+        with pytest.raises(ValueError, match=r"^bounds: ") as error:
+            parse_bounds(text)
+        assert high in str(error.value)
+    else:
+        assert parse_bounds(text) == (low, high)

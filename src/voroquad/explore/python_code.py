@@ -8,7 +8,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from ..integrals.expression import CONSTANTS
+from ..integrals.expression import CONSTANTS, FUNCTIONS
 from ..study.convergence import Method
 from .edits import ADDED, EditedSet
 from .experiment import Replicates
@@ -48,7 +48,9 @@ def python_code(
 
 
 def _imports(problem: Problem) -> str:
-    return "" if problem.typed else "\nfrom voroquad.study.functions import INTEGRANDS"
+    if not problem.typed:
+        return "\nfrom voroquad.study.functions import INTEGRANDS"
+    return "\nfrom scipy import special" if "special." in numpy_source(problem.integrand.formula) else ""
 
 
 def _integrand(problem: Problem) -> str:
@@ -115,12 +117,13 @@ class _NumPy(ast.NodeTransformer):
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         assert isinstance(node.func, ast.Name)
-        first, *others = [self.visit(argument) for argument in node.args]
-        name = {"min": "minimum", "max": "maximum"}.get(node.func.id, node.func.id)
-        if not others:
-            return ast.Call(_parse(f"np.{name}"), [first], [])
-        for other in others:  # np.minimum and np.maximum take two
-            first = ast.Call(_parse(f"np.{name}"), [first, other], [])
+        function = FUNCTIONS[node.func.id]
+        arguments = [self.visit(argument) for argument in node.args]
+        if not function.more:
+            return ast.Call(_parse(function.source), arguments, [])
+        first, *others = arguments
+        for other in others:
+            first = ast.Call(_parse(function.source), [first, other], [])
         return first
 
     def visit_Compare(self, node: ast.Compare) -> ast.AST:

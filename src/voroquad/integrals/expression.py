@@ -2,20 +2,24 @@
 
 The text is parsed by Python's own parser and translated node by node; only numbers, variables,
 arithmetic, comparisons and the functions in :data:`FUNCTIONS` have a translation. Nothing is evaluated
-by `eval`, no attribute is ever read, and length, depth and powers are bounded.
+by `eval`, no attribute is ever read, and length, depth and powers are bounded. Libraries that evaluate formulas
+were no substitute: numexpr calls `eval`, SymPy's parser does too, and the safe ones work on single numbers, not arrays.
 """
 
 from __future__ import annotations
 
 import ast
+import functools
 import math
 import operator
 import warnings
 from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy import special
 
 Array = NDArray[np.float64]
 Values = Callable[[Array], Any]
@@ -24,15 +28,51 @@ LONGEST = 2000  # characters
 DEEPEST = 200  # nested operations
 LARGEST_POWER = 1000
 
-#: Functions of one argument, elementwise.
-FUNCTIONS: dict[str, Callable[[Any], Any]] = {
-    **{n: getattr(np, n) for n in ("sin", "cos", "tan", "arcsin", "arccos", "arctan", "sinh", "cosh", "tanh")},
-    **{n: getattr(np, n) for n in ("exp", "expm1", "log", "log1p", "log2", "log10", "sqrt", "cbrt", "floor", "ceil")},
-    "abs": np.abs,
-    "sign": np.sign,
+
+@dataclass(frozen=True)
+class Function:
+    """A function of formulas: elementwise values, and how NumPy or SciPy call it."""
+
+    values: Callable[..., Any]
+    source: str
+    arguments: int = 1
+    more: bool = False  # takes any number of arguments from two on, two at a time
+
+    def takes(self, count: int) -> bool:
+        """Whether it takes that many arguments."""
+        return count == self.arguments or (self.more and count > self.arguments)
+
+    def __call__(self, *values: Any) -> Any:
+        """Values of the function at those of its arguments."""
+        return functools.reduce(self.values, values) if self.more else self.values(*values)
+
+
+def _where(condition: Any, then: Any, otherwise: Any) -> Any:
+    return np.where(np.not_equal(condition, 0), then, otherwise)
+
+
+_NUMPY = (
+    "sin cos tan arcsin arccos arctan sinh cosh tanh arcsinh arccosh arctanh exp exp2 expm1 log log1p log2 log10 "
+    "sqrt cbrt abs sign floor ceil trunc"
+)
+_SCIPY = "erf erfc gamma j0 j1"
+#: Names of the same functions in mathematics and in C
+_ALIASES = {
+    "asin": "arcsin", "acos": "arccos", "atan": "arctan", "asinh": "arcsinh", "acosh": "arccosh", "atanh": "arctanh",
+    "atan2": "arctan2",
+}  # fmt: skip
+
+FUNCTIONS: dict[str, Function] = {
+    **{name: Function(getattr(np, name), f"np.{name}") for name in _NUMPY.split()},
+    **{name: Function(getattr(special, name), f"special.{name}") for name in _SCIPY.split()},
+    "lgamma": Function(special.gammaln, "special.gammaln"),
+    "arctan2": Function(np.arctan2, "np.arctan2", 2),
+    "hypot": Function(np.hypot, "np.hypot", 2),
+    "where": Function(_where, "np.where", 3),
+    "min": Function(np.minimum, "np.minimum", 2, more=True),
+    "max": Function(np.maximum, "np.maximum", 2, more=True),
 }
-#: Functions of two arguments or more.
-MANY: dict[str, Callable[[Any, Any], Any]] = {"min": np.minimum, "max": np.maximum}
+FUNCTIONS |= {alias: FUNCTIONS[name] for alias, name in _ALIASES.items()}
 CONSTANTS = {"pi": math.pi, "e": math.e, "tau": math.tau}
 
 BINARY: dict[type[ast.operator], Callable[[Any, Any], Any]] = {
@@ -61,8 +101,8 @@ def compile_expression(text: str, d: int) -> Callable[[Array], Array]:
     ----------
     text : str
         Arithmetic (``+ - * / % **``, also ``^``), comparisons (1 where true, 0 elsewhere), the functions
-        sin, exp, sqrt, min, … , the constants pi, e, tau, and the variables x, y, z (d ≤ 3) or
-        x1, x2, …, xd.
+        in :data:`FUNCTIONS` such as sin, exp, erf, min and where(condition, a, b), the constants pi, e, tau, and
+        the variables x, y, z (d ≤ 3) or x1, x2, …, xd.
     d : int
         Number of variables.
 
@@ -103,22 +143,50 @@ def compile_expression(text: str, d: int) -> Callable[[Array], Array]:
 
 
 def parse_bounds(text: str) -> tuple[list[float], list[float]]:
-    """Lower and upper limits from "0:1,-inf:2".
+    """Lower and upper limits from "0:2*pi,-inf:2": formulas without variables, in which inf is infinity.
 
     Examples
     --------
     >>> from voroquad.integrals.expression import parse_bounds
-    >>> parse_bounds("0:1,-inf:2")
-    ([0.0, -inf], [1.0, 2.0])
+    >>> parse_bounds("0:pi/2,-inf:2")
+    ([0.0, -inf], [1.5707963267948966, 2.0])
     """
-    try:
-        pairs = [tuple(map(float, interval.split(":"))) for interval in text.split(",")]
-        low, high = zip(*((a, b) for a, b in pairs), strict=True)
-    except ValueError:
-        raise ValueError(
-            f"bounds: cannot read {_short(text)!r}; write lower:upper per variable, as in 0:1,-inf:2"
-        ) from None
+    limits = []
+    for interval in _split(text, ","):
+        ends = _split(interval, ":")
+        if len(ends) != 2:
+            raise ValueError(
+                f"bounds: cannot read {_short(interval)!r}; write lower:upper per variable, as in 0:1,-inf:2*pi"
+            )
+        limits.append([_limit(end) for end in ends])
+    low, high = zip(*limits, strict=True)
     return list(low), list(high)
+
+
+def _limit(text: str) -> float:
+    sign, name = (-1, text.strip()[1:]) if text.strip().startswith("-") else (1, text.strip().removeprefix("+"))
+    if name.strip().lower() in ("inf", "infinity"):
+        return sign * math.inf
+    try:
+        value = float(compile_expression(text, 0)(np.empty((0, 1)))[0])
+    except ValueError as error:
+        why = str(error).removeprefix("expression: ")
+        raise ValueError(f"bounds: {why} in the limit {_short(text)!r}; write it as 0:1,-inf:2*pi") from None
+    if not math.isfinite(value):
+        raise ValueError(f"bounds: the limit {_short(text)!r} is {value}; write inf for an infinite one")
+    return value
+
+
+def _split(text: str, separator: str) -> list[str]:
+    """The parts between separators that stand outside brackets."""
+    parts, depth = [""], 0
+    for character in text:
+        depth += (character in "([{") - (character in ")]}")
+        if character == separator and depth == 0:
+            parts.append("")
+        else:
+            parts[-1] += character
+    return parts
 
 
 def _variables(d: int) -> dict[str, int]:
@@ -163,21 +231,13 @@ def _translate(node: ast.expr, source: str, variables: dict[str, int], depth: in
             compared = [COMPARISONS[type(op)] for op in operators]
             operands = [sub(child) for child in (left, *rest)]
             return lambda x: _all_hold(compared, [operand(x) for operand in operands])
-        case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in FUNCTIONS:
-            function, inner = FUNCTIONS[name], sub(argument)
-            return lambda x: function(inner(x))
-        case ast.Call(func=ast.Name(id=name), args=[one, two, *more], keywords=[]) if name in MANY:
-            pick, inners = MANY[name], [sub(child) for child in (one, two, *more)]
-
-            def chosen(x: Array) -> Any:
-                result = inners[0](x)
-                for inner in inners[1:]:
-                    result = pick(result, inner(x))
-                return result
-
-            return chosen
+        case ast.Call(func=ast.Name(id=name), args=arguments, keywords=[]) if name in FUNCTIONS and FUNCTIONS[
+            name
+        ].takes(len(arguments)):
+            function, inners = FUNCTIONS[name], [sub(child) for child in arguments]
+            return lambda x: function(*(inner(x) for inner in inners))
         case ast.Call(func=ast.Name(id=name)):
-            known = ", ".join([*FUNCTIONS, *MANY])
+            known = ", ".join(FUNCTIONS)
             raise ValueError(f"expression: no function {_short(name)!r} of that many arguments; there are {known}")
     if isinstance(node, ast.BoolOp):
         raise ValueError("expression: write (x < y) * (y < 1) for 'and', max(x < y, y < 1) for 'or'")
