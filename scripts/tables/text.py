@@ -7,6 +7,8 @@ import re
 from collections.abc import Sequence
 from pathlib import Path
 
+from voroquad._support import numbers
+
 ROOT = Path(__file__).parents[2]
 FIGURES = ROOT / "docs" / "figures"
 RESULTS = ROOT / "benchmarks" / "results"
@@ -41,13 +43,7 @@ def markdown(rows: Sequence[Sequence[str]], left: str) -> str:
 
 def scientific(value: float) -> str:
     """A number to two digits, as 1.2·10⁻⁵."""
-    mantissa, exponent = f"{value:.1e}".split("e")
-    return f"{mantissa}·{power_of_ten(int(exponent))}"
-
-
-def power_of_ten(exponent: int) -> str:
-    """10⁻⁵."""
-    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return numbers.scientific(value, 2)
 
 
 def short(value: float) -> str:
@@ -66,7 +62,7 @@ def with_error(row: Row) -> str:
     """A mean squared error with its standard error: (1.3 ± 0.1)·10⁻⁶."""
     mse, error = float(row["mse"]), float(row["mse_standard_error"])
     power = int(f"{mse:e}".split("e")[1])
-    return f"({mse / 10.0**power:.1f} ± {error / 10.0**power:.1f})·{power_of_ten(power)}"
+    return f"({mse / 10.0**power:.1f} ± {error / 10.0**power:.1f})·10{numbers.superscript(power)}"
 
 
 def read(path: Path) -> list[Row]:

@@ -8,6 +8,7 @@ from html import escape
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.numbers import scientific
 from .experiment import Experiment, Replicates
 from .integrands import Problem
 from .style import RULE_COLORS
@@ -51,8 +52,7 @@ def number(value: float, digits: int) -> str:
         return "–"
     text = f"{value:.{digits}g}"
     if value != 0 and not 1e-3 <= abs(value) < 1e6:
-        mantissa, exponent = f"{value:.{digits - 1}e}".split("e")
-        text = f"{mantissa}·10" + str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+        text = scientific(value, digits)
     return text.replace("-", "−")
 
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy import stats
 
+from .._support.numbers import with_uncertainty
 from .diagnostics import ADVICE, IntegrationWarning
 from .library import to_numpy
 
@@ -78,28 +79,3 @@ class QuadResult:
         if value.ndim == 0:
             return texts[0]
         return np.array2string(np.array(texts).reshape(value.shape), formatter={"all": str})
-
-
-def with_uncertainty(value: float, error: float) -> str:
-    """A number as scientists write it: the last digits' uncertainty in brackets.
-
-    Examples
-    --------
-    >>> from voroquad.integrals.result import with_uncertainty
-    >>> with_uncertainty(2.666131, 0.000042), with_uncertainty(-12.3, 0.14), with_uncertainty(5231.0, 120.0)
-    ('2.66613(4)', '-12.30(14)', '5230(120)')
-    """
-    largest = max(abs(value), error)
-    if not math.isfinite(largest + error) or 0 < largest < 1e-300:
-        return f"{value:.6g}({error:.2g})"
-    if error <= 0:
-        return f"{value:z.15g}"
-    if not 1e-4 <= largest < 1e15:  # in scientific notation, both to the same power
-        power = math.floor(math.log10(largest))
-        return f"{with_uncertainty(value / 10.0**power, error / 10.0**power)}e{power:+03d}"
-    # One digit of the error, two where the first is 1
-    mantissa, exponent = f"{error:.1e}".split("e")
-    digits = 1 - int(exponent) if mantissa.startswith("1") else -int(f"{error:.0e}".split("e")[1])
-    if digits <= 0:
-        return f"{round(value, digits):z.0f}({round(error, digits):.0f})"
-    return f"{value:z.{digits}f}({round(error * 10**digits):d})"

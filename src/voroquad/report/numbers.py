@@ -24,17 +24,6 @@ def shortened(cell: str) -> str:
     return f"{float(cell):.5g}" if len(cell) > 9 and is_number(cell) else cell
 
 
-def scientific(value: float) -> str:
-    """Three digits and a power of ten, as 1.23·10⁻⁵."""
-    mantissa, exponent = f"{value:.2e}".split("e")
-    return f"{mantissa}·10{superscript(int(exponent))}"
-
-
-def superscript(exponent: int) -> str:
-    """An exponent as it is written: ⁻⁵."""
-    return str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
-
-
 def signed(value: float | None) -> str:
     """A number to two decimals with a proper minus sign."""
     return "–" if value is None else f"{value:.2f}".replace("-", "−")

@@ -15,11 +15,12 @@ from functools import cached_property
 from pathlib import Path
 
 from .._support.files import atomic_path
+from .._support.numbers import scientific
 from .._support.version import __version__
 from ..results.manifest import Figure, ImageComparison, Results, Section, Table
 from .comparison import Viewer, make_viewer
 from .embed import library
-from .numbers import is_number, ratio, scientific, shortened, signed, subscripts
+from .numbers import is_number, ratio, shortened, signed, subscripts
 from .plots import Plots, make_plots
 
 try:
@@ -69,7 +70,7 @@ def write_report(
     )
     environment.policies["json.dumps_kwargs"] = {"sort_keys": False}  # Bokeh refers backwards only
     environment.filters |= {
-        "scientific": scientific,
+        "scientific": lambda value: scientific(value, 3),
         "signed": signed,
         "shortened": shortened,
         "ratio": ratio,

@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.numbers import superscript
 from ..results.manifest import Figure, Line, Plot
 from .embed import embedded
-from .numbers import superscript
 
 try:
     from bokeh.models import (

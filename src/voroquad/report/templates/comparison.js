@@ -31,7 +31,7 @@ function rgba(hex) {
   return (0xff000000 | (parseInt(hex.slice(5, 7), 16) << 16) | (parseInt(hex.slice(3, 5), 16) << 8) | parseInt(hex.slice(1, 3), 16)) >>> 0;
 }
 
-// As scientific() in numbers.py: 1.23·10⁻⁵.
+// As voroquad._support.numbers.scientific: 1.23·10⁻⁵.
 function scientific(value) {
   const [mantissa, exponent] = value.toExponential(2).split("e");
   return `${mantissa}·10${String(Number(exponent)).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)])}`;
