@@ -144,7 +144,10 @@ def test_extra_channels_have_their_names(ball, tmp_path):
     names = [field.name for field in bitmap.struct_()]
     assert sorted(names) == ["B", "G", "R", "d.y.T", "lambda"]
     depth = np.array(bitmap)[..., names.index("d.y.T")]
-    assert depth.max() == pytest.approx(3, abs=0.2)
+    own = np.array(mi.render(mi.load_file(str(scene)), spp=1024))
+    own = own.reshape(6, own.shape[0] // 6, 8, -1, own.shape[2]).mean(axis=(1, 3))[..., -1]
+    np.testing.assert_allclose(depth, own, atol=1.0)  # the borders of the ball are noisy
+    np.testing.assert_allclose(depth.mean(), own.mean(), rtol=0.1)
 
 
 def test_target_error_and_time_end_a_render(ball, tmp_path):
