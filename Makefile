@@ -1,16 +1,18 @@
 # make demo   the talk's study and a depth-of-field comparison at a small size, then out/index.html
 # make docs   the documentation as a site
 # make test   what CI runs; make test-all adds the slow tests
-# Every target makes what it needs first: .venv, the installed package, libLLVM, Chromium for the browser tests.
+# Every target makes what it needs first: .venv, the installed package, libLLVM, Clang for the C++ tests,
+# Chromium for the browser tests.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
-CORE := $(wildcard include/voroquad/*.hpp) $(wildcard src/bindings/*) CMakeLists.txt
+CORE := $(shell find include src/bindings -name '*.[ch]pp') CMakeLists.txt
+CPP := $(shell find include src/bindings tests/cpp examples/cpp -name '*.[ch]pp')
 
-.PHONY: install llvm chromium demo test test-all lint format docs figures clean
+.PHONY: install llvm clang chromium demo test test-all lint format docs figures clean
 
 install: $(VENV)/.installed
 
@@ -30,6 +32,9 @@ $(VENV)/.installed: $(BIN)/python pyproject.toml $(CORE)
 llvm: $(BIN)/python
 	@PYTHON=$(BIN)/python scripts/ensure-llvm.sh
 
+clang:
+	@scripts/ensure-clang.sh
+
 chromium:
 	@scripts/ensure-chromium.sh
 
@@ -39,22 +44,22 @@ demo: install llvm
 # Two processes of one thread each: threads of both on the same cores would wait for one another
 PYTEST := VOROQUAD_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal
 
-test: install llvm chromium lint
+test: install llvm clang chromium lint
 	$(PYTEST) -m 'not slow'
 
-test-all: install llvm chromium lint
+test-all: install llvm clang chromium lint
 	$(PYTEST)
 
 lint: install
 	$(BIN)/ruff check -q .
 	$(BIN)/ruff format -q --check .
-	$(BIN)/clang-format --dry-run --Werror include/voroquad/*.hpp src/bindings/*
+	$(BIN)/clang-format --dry-run --Werror $(CPP)
 	$(BIN)/mypy
 
 format: install
 	$(BIN)/ruff format -q .
 	$(BIN)/ruff check -q --fix .
-	$(BIN)/clang-format -i include/voroquad/*.hpp src/bindings/*
+	$(BIN)/clang-format -i $(CPP)
 
 # The documentation as a site, build/docs/index.html; a warning is an error
 docs: install

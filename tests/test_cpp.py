@@ -1,4 +1,8 @@
-"""The C++ core from outside: installed headers, examples, sanitizers."""
+"""The C++ core from outside: installed headers, examples, compilers, sanitizers.
+
+The fast tests build with `g++` and `clang++`; the slow ones also with every other version that is installed,
+and at more levels of optimisation.
+"""
 
 from __future__ import annotations
 
@@ -6,6 +10,8 @@ import os
 import shutil
 import subprocess
 import sys
+from collections.abc import Callable
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -14,7 +20,15 @@ import voroquad as vq
 
 ROOT = Path(__file__).parents[1]
 CMAKE = shutil.which("cmake", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}") or "cmake"
-CXX = os.environ.get("CXX", "c++")
+
+COMPILERS = ["g++", "clang++"]
+OTHER_COMPILERS = [f"{name}-{version}" for name in COMPILERS for version in range(10, 30)]
+EVERY_COMPILER = COMPILERS + [name for name in OTHER_COMPILERS if shutil.which(name)]
+
+WARNINGS = "-Wall -Wextra -Wpedantic -Wconversion -Wsign-conversion -Wshadow -Werror"
+SANITIZERS = "-g -fsanitize=address,undefined -fno-sanitize-recover=all"
+
+Build = Callable[[str, str, str], Path]
 
 
 def run(*command: str | Path, **environment: str) -> str:
@@ -23,6 +37,94 @@ def run(*command: str | Path, **environment: str) -> str:
     )
     assert result.returncode == 0, result.stdout + result.stderr
     return result.stdout
+
+
+def require(compiler: str) -> None:
+    if not shutil.which(compiler):
+        package = compiler.replace("clang++", "clang")
+        pytest.skip(f"needs {compiler}: apt-get install {package} (make test does it where it may)")
+
+
+@cache
+def has_sanitizers(compiler: str, kinds: str, folder: Path) -> bool:
+    """Whether a compiler comes with the libraries of the sanitizers, which Debian packs apart for Clang."""
+    source = folder / "empty.cpp"
+    source.write_text("int main() {}\n")
+    command = [compiler, f"-fsanitize={kinds}", str(source), "-o", str(folder / "empty")]
+    return subprocess.run(command, capture_output=True, check=False).returncode == 0
+
+
+@pytest.fixture(scope="module")
+def build(tmp_path_factory: pytest.TempPathFactory) -> Build:
+    """Build a program of tests/cpp or examples/cpp, without a warning; each one once."""
+
+    @cache
+    def built(compiler: str, source: str, flags: str) -> Path:
+        require(compiler)
+        folder = tmp_path_factory.mktemp("build")
+        if "-fsanitize=" in flags and not has_sanitizers(compiler, flags.split("-fsanitize=")[1].split()[0], folder):
+            pytest.skip(f"needs the sanitizers of {compiler}: apt-get install libclang-rt-dev")
+        program = folder / Path(source).stem
+        common = f"-std=c++20 {WARNINGS} -I{ROOT / 'include'} -pthread"
+        run(compiler, *common.split(), *flags.split(), ROOT / source, "-o", program)
+        return program
+
+    return built
+
+
+def corpus() -> list[Path]:
+    """The inputs that libFuzzer kept."""
+    files = sorted((ROOT / "tests/cpp/corpus").iterdir())
+    assert len(files) > 20
+    return files
+
+
+# ---------------------------------------------------------------------- compilers and levels of optimisation
+
+
+def as_the_processor_has_it() -> str:
+    """Flags for fused multiply-add, where there is one: p × p is then a rounding error, not 0."""
+    info = Path("/proc/cpuinfo")
+    fuses = info.exists() and " fma " in info.read_text(encoding="utf-8")
+    return "-mavx2 -mfma -ffp-contract=fast" if fuses else ""
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_sanitizers_find_nothing_in_the_corpus(compiler: str, build: Build) -> None:
+    run(build(compiler, "tests/cpp/fuzz_cells.cpp", f"-O0 {SANITIZERS}"), *corpus())
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_cells_of_the_corpus_and_of_random_inputs(compiler: str, build: Build) -> None:
+    program = build(compiler, "tests/cpp/fuzz_cells.cpp", f"-O2 {as_the_processor_has_it()}")
+    run(program, *corpus())
+    run(program)
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_rules(compiler: str, build: Build) -> None:
+    run(build(compiler, "tests/cpp/rules.cpp", "-O3"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("flags", ["-O0", "-O1", "-O2", "-O3", "-O3 -march=native -DNDEBUG", f"-O1 {SANITIZERS}"])
+@pytest.mark.parametrize("compiler", EVERY_COMPILER)
+def test_every_program_with_every_compiler(compiler: str, flags: str, build: Build) -> None:
+    fuzz = build(compiler, "tests/cpp/fuzz_cells.cpp", flags)
+    run(fuzz, *corpus())
+    run(fuzz)  # random inputs
+    for program in ("tests/cpp/rules.cpp", "tests/cpp/threads.cpp", "examples/cpp/largest_cells.cpp"):
+        run(build(compiler, program, flags))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_thread_sanitizer_finds_nothing(compiler: str, build: Build) -> None:
+    flags = "-O1 -g -fsanitize=thread -fno-sanitize-recover=all"
+    run(build(compiler, "tests/cpp/threads.cpp", flags), TSAN_OPTIONS="halt_on_error=1")
+
+
+# ---------------------------------------------------------------------- installed headers
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +136,12 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "prefix"
 
 
-def test_examples_build_against_installed_headers(prefix: Path, tmp_path: Path) -> None:
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_examples_build_against_installed_headers(compiler: str, prefix: Path, tmp_path: Path) -> None:
+    require(compiler)
     quick = "-DCMAKE_BUILD_TYPE=Debug"  # to build, that is
-    run(CMAKE, "-S", ROOT / "examples/cpp", "-B", tmp_path, f"-DCMAKE_PREFIX_PATH={prefix}", quick)
+    options = [f"-DCMAKE_PREFIX_PATH={prefix}", f"-DCMAKE_CXX_COMPILER={compiler}", f"-DCMAKE_CXX_FLAGS={WARNINGS}"]
+    run(CMAKE, "-S", ROOT / "examples/cpp", "-B", tmp_path, *options, quick)
     run(CMAKE, "--build", tmp_path)
     plain, weighted = (float(word) for word in run(tmp_path / "integrate").replace(",", "").split() if word[0] in "+-")
     assert abs(weighted) < abs(plain) / 5
@@ -51,63 +156,18 @@ def test_examples_build_with_pkg_config(prefix: Path, tmp_path: Path) -> None:
     assert run("pkg-config", "--modversion", prefix / "share/pkgconfig/voroquad.pc").strip() == vq.__version__
     program = tmp_path / "largest_cells"
     source = ROOT / "examples/cpp/largest_cells.cpp"
-    run(CXX, "-std=c++20", source, *flags("--cflags", "--libs"), "-o", program)
+    run(os.environ.get("CXX", "c++"), "-std=c++20", source, *flags("--cflags", "--libs"), "-o", program)
     assert "total area 1.000000000000" in run(program)
 
 
 @pytest.mark.slow
-def test_every_header_stands_alone(prefix: Path, tmp_path: Path) -> None:
-    headers = sorted((prefix / "include/voroquad").glob("*.hpp"))
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_every_header_stands_alone(compiler: str, prefix: Path, tmp_path: Path) -> None:
+    require(compiler)
+    headers = sorted((prefix / "include/voroquad").rglob("*.hpp"))
     assert len(headers) > 10
     source = tmp_path / "headers.cpp"
     for header in headers:
-        source.write_text(f"#include <voroquad/{header.name}>\n#include <voroquad/{header.name}>\n")
-        run(CXX, "-std=c++20", "-fsyntax-only", "-Wall", "-Wextra", "-Werror", f"-I{prefix / 'include'}", source)
-
-
-def build(program: Path, sanitizers: str, source: str, optimised: str = "-O1") -> Path:
-    flags = (
-        f"-std=c++20 {optimised} -g -Wall -Wextra -Werror -fsanitize={sanitizers} -fno-sanitize-recover=all -pthread"
-    )
-    run(CXX, *flags.split(), f"-I{ROOT / 'include'}", ROOT / "tests/cpp" / source, "-o", program)
-    return program
-
-
-def corpus() -> list[Path]:
-    """The inputs that libFuzzer kept."""
-    files = sorted((ROOT / "tests/cpp/corpus").iterdir())
-    assert len(files) > 20
-    return files
-
-
-def test_address_and_undefined_behaviour_sanitizers_find_nothing(tmp_path: Path) -> None:
-    run(build(tmp_path / "fuzz", "address,undefined", "fuzz_cells.cpp", optimised="-O0"), *corpus())
-
-
-@pytest.mark.slow
-def test_sanitizers_find_nothing_in_random_inputs(tmp_path: Path) -> None:
-    """As a compiler optimises them, too."""
-    program = build(tmp_path / "fuzz", "address,undefined", "fuzz_cells.cpp")
-    run(program, *corpus())
-    run(program)
-
-
-def fuses() -> bool:
-    """Whether the processor multiplies and adds in one step."""
-    info = Path("/proc/cpuinfo")
-    return info.exists() and " fma " in info.read_text(encoding="utf-8")
-
-
-@pytest.mark.skipif(not fuses(), reason="needs a processor with fused multiply-add")
-def test_cells_hold_with_fused_multiply_add(tmp_path: Path) -> None:
-    """As compilers do by default for such processors: p × p is a rounding error then, not 0."""
-    program = tmp_path / "fused"
-    flags = "-std=c++20 -O2 -mavx2 -mfma -ffp-contract=fast -pthread"
-    run(CXX, *flags.split(), f"-I{ROOT / 'include'}", ROOT / "tests/cpp/fuzz_cells.cpp", "-o", program)
-    run(program, *corpus())
-    run(program)
-
-
-@pytest.mark.slow
-def test_thread_sanitizer_finds_nothing(tmp_path: Path) -> None:
-    run(build(tmp_path / "threads", "thread", "threads.cpp"), TSAN_OPTIONS="halt_on_error=1")
+        name = header.relative_to(prefix / "include")
+        source.write_text(f"#include <{name}>\n#include <{name}>\n")
+        run(compiler, "-std=c++20", "-fsyntax-only", *WARNINGS.split(), f"-I{prefix / 'include'}", source)

@@ -26,5 +26,6 @@ int main() {
         weighted += value * weights[i];
     }
     const double truth = std::pow(std::exp(1.0) - 1.0, 3);
-    std::printf("plain Monte Carlo %+.2e, Voronoi weights %+.2e\n", plain - truth, weighted - truth);
+    std::printf("plain Monte Carlo %+.2e, Voronoi weights %+.2e\n", plain - truth,
+                weighted - truth);
 }

@@ -19,12 +19,12 @@ int main() {
     workspace.tree.build({points.data(), n});
     const unsigned threads = voroquad::default_thread_count();
     std::vector<double> farthest(threads, 0.0), area(threads, 0.0);
-    voroquad::for_each_cell<2>(
-        workspace, voroquad::Domain::torus, threads,
-        [&](std::size_t, const auto &cell, unsigned worker) {
-            farthest[worker] = std::max(farthest[worker], cell.squared_radius());
-            area[worker] += cell.measure();
-        });
+    voroquad::for_each_cell<2>(workspace, voroquad::Domain::torus, threads,
+                               [&](std::size_t, const auto &cell, unsigned worker) {
+                                   farthest[worker] =
+                                       std::max(farthest[worker], cell.squared_radius());
+                                   area[worker] += cell.measure();
+                               });
 
     double total = 0.0;
     for (const double a : area) total += a;

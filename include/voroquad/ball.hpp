@@ -18,18 +18,18 @@ namespace voroquad {
 
 // Calls inside(a, b) and outside(a, b) for the pieces of the segment from p to q that the ball
 // holds and does not hold. Only the first `Axes` coordinates count: 2 of 3 make a cylinder.
-template <int D, int Axes = D, class Inside, class Outside>
+template <std::size_t D, std::size_t Axes = D, class Inside, class Outside>
 void split_at_ball(const Point<D> &p, const Point<D> &q, double radius, Inside &&inside,
                    Outside &&outside) {
     const Point<D> along = difference<D>(q, p);
     const auto product = [](const Point<D> &a, const Point<D> &b) {
         double sum = 0.0;
-        for (int k = 0; k < Axes; ++k) sum += a[k] * b[k];
+        for (std::size_t k = 0; k < Axes; ++k) sum += a[k] * b[k];
         return sum;
     };
     const auto at = [&](double t) {
         Point<D> point;
-        for (int a = 0; a < D; ++a) point[a] = p[a] + t * along[a];
+        for (std::size_t a = 0; a < D; ++a) point[a] = p[a] + t * along[a];
         return point;
     };
     const double length2 = product(along, along);
@@ -125,7 +125,7 @@ inline double measure_in_ball(const ConvexPolyhedron &cell, const Point<3> &cent
 
 // Areas or volumes of what the disc or ball that touches the sides of the unit box holds of the
 // cells. Points that coincide share their cell equally.
-template <int D, class Pause = NoPause>
+template <std::size_t D, class Pause = NoPause>
 void cell_measures_in_ball(const PointView<D> &points, double *measures, unsigned threads = 1,
                            Pause &&pause = {}) {
     if (points.size() == 0) return;

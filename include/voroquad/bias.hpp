@@ -26,11 +26,11 @@ namespace voroquad {
 
 // ------------------------------------------------------------------ balls cut by boxes
 
-template <int D>
+template <std::size_t D>
 constexpr double unit_ball = D == 2 ? std::numbers::pi : 4.0 / 3.0 * std::numbers::pi;
 
 // The part of the ball |u| ≤ r in the orthant u ≥ 0 that lies beyond u_1 = a, 0 ≤ a ≤ r.
-template <int D>
+template <std::size_t D>
 double orthant_cap(double r, double a) {
     if constexpr (D == 2)
         return 0.5 * (r * r * std::acos(a / r) - a * std::sqrt((r - a) * (r + a)));
@@ -46,7 +46,7 @@ inline double orthant_wedge_3d(double r, double a, double b) {
            0.5 * b * (r * r - b * b / 3.0) * std::atan2(h, a);
 }
 
-template <int D>
+template <std::size_t D>
 double power(double x) {
     return D == 2 ? x * x : x * x * x;
 }
@@ -55,7 +55,7 @@ double power(double x) {
 template <std::size_t D, class Size>
 bool next(std::array<std::size_t, D> &i, Size &&size) {
     for (std::size_t a = D; a-- > 0;) {
-        if (++i[a] < size(static_cast<int>(a))) return true;
+        if (++i[a] < size(a)) return true;
         i[a] = 0;
     }
     return false;
@@ -64,32 +64,32 @@ bool next(std::array<std::size_t, D> &i, Size &&size) {
 // |B(y, r) ∩ [0,1]^D| for y in the box. The ball loses a cap beyond each face, which takes half of
 // its orthants, and gets back the wedges where two caps overlap. An orthant in which the ball has
 // the corner of the box inside is the box between y and that corner.
-template <int D>
+template <std::size_t D>
 double ball_in_unit_box(const Point<D> &y, double r) {
-    constexpr int orthants = 1 << D;
+    constexpr std::size_t orthants = std::size_t{1} << D;
     const double r2 = r * r, orthant = unit_ball<D> / orthants * power<D>(r);
     double gap[D][2], cap[D][2], wedge[D][2][2] = {}, measure = orthants * orthant;
-    for (int a = 0; a < D; ++a)
-        for (const int side : {0, 1}) {
+    for (std::size_t a = 0; a < D; ++a)
+        for (std::size_t side = 0; side < 2; ++side) {
             gap[a][side] = std::max(0.0, side ? 1.0 - y[a] : y[a]);
             cap[a][side] = gap[a][side] < r ? orthant_cap<D>(r, gap[a][side]) : 0.0;
             measure -= orthants / 2 * cap[a][side];
         }
     const auto square = [](double x) { return x * x; };
     if constexpr (D == 3)
-        for (int a = 0; a < 3; ++a)
-            for (const int side : {0, 1})
-                for (const int other : {0, 1}) {
+        for (std::size_t a = 0; a < 3; ++a)
+            for (std::size_t side = 0; side < 2; ++side)
+                for (std::size_t other = 0; other < 2; ++other) {
                     const double u = gap[a][side], v = gap[(a + 1) % 3][other];
                     if (square(u) + square(v) >= r2) continue;
                     wedge[a][side][other] = orthant_wedge_3d(r, u, v);
                     measure += 2.0 * wedge[a][side][other];
                 }
 
-    for (int corner = 0; corner < orthants; ++corner) {
+    for (std::size_t corner = 0; corner < orthants; ++corner) {
         double box = 1.0, distance2 = 0.0, cut = orthant;
-        for (int a = 0; a < D; ++a) {
-            const int side = corner >> a & 1;
+        for (std::size_t a = 0; a < D; ++a) {
+            const std::size_t side = corner >> a & 1;
             box *= gap[a][side];
             distance2 += square(gap[a][side]);
             cut -= cap[a][side];
@@ -103,14 +103,14 @@ double ball_in_unit_box(const Point<D> &y, double r) {
 // A ball centred at the origin, cut by planes u_a = const into boxes. The measure of
 // {0 ≤ u ≤ c, |u| ≤ r} at every corner c of the grid comes first, odd in each coordinate of c
 // and as above; boxes are differences of corners.
-template <int D>
+template <std::size_t D>
 class CutBall {
 public:
     // The planes that cut axis a, ascending; cut() clamps them to the ball.
-    std::vector<double> &planes(int a) { return planes_[a]; }
+    std::vector<double> &planes(std::size_t a) { return planes_[a]; }
 
     void cut(double r) {
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             caps_[a].clear();
             for (double &c : planes_[a]) {
                 c = std::clamp(c, -r, r);
@@ -118,17 +118,17 @@ public:
             }
         }
         if constexpr (D == 3)
-            for (int a = 0; a < 3; ++a) find_wedges(r, a, (a + 1) % 3);
+            for (std::size_t a = 0; a < 3; ++a) find_wedges(r, a, (a + 1) % 3);
         find_corners(r);
     }
 
     // The measure of the j_a-th box along each axis a.
     double measure(const std::array<std::size_t, D> &j) const {
         double sum = 0.0;
-        for (int corner = 0; corner < 1 << D; ++corner) {
+        for (std::size_t corner = 0; corner < std::size_t{1} << D; ++corner) {
             std::size_t index = 0;
             bool negative = false;
-            for (int a = 0; a < D; ++a) {
+            for (std::size_t a = 0; a < D; ++a) {
                 const bool upper = corner >> a & 1;
                 negative ^= !upper;
                 index = index * planes_[a].size() + j[a] + upper;
@@ -139,7 +139,7 @@ public:
     }
 
 private:
-    void find_wedges(double r, int a, int b) {
+    void find_wedges(double r, std::size_t a, std::size_t b) {
         wedges_[a].clear();
         for (const double u : planes_[a])
             for (const double v : planes_[b])
@@ -153,19 +153,19 @@ private:
         std::array<std::size_t, D> v{};
         do {
             double box = 1.0, distance2 = 0.0, cut = orthant;
-            for (int a = 0; a < D; ++a) {
+            for (std::size_t a = 0; a < D; ++a) {
                 const double c = planes_[a][v[a]];
                 box *= c;
                 distance2 += c * c;
                 cut -= caps_[a][v[a]];
             }
             if constexpr (D == 3)
-                for (int a = 0; a < 3; ++a) {
-                    const int b = (a + 1) % 3;
+                for (std::size_t a = 0; a < 3; ++a) {
+                    const std::size_t b = (a + 1) % 3;
                     cut += wedges_[a][v[a] * planes_[b].size() + v[b]];
                 }
             corners_.push_back(distance2 <= r * r ? box : std::copysign(cut, box));
-        } while (next(v, [&](int a) { return planes_[a].size(); }));
+        } while (next(v, [&](std::size_t a) { return planes_[a].size(); }));
     }
 
     std::array<std::vector<double>, D> planes_, caps_;
@@ -179,14 +179,14 @@ private:
 // ray it is worth looking.
 
 // N independent uniform samples: (1 − |B ∩ Ω|)^(N−1).
-template <int D>
+template <std::size_t D>
 class UniformDesign {
 public:
     explicit UniformDesign(std::size_t n)
         : n_(static_cast<double>(n)), least_(-std::expm1(std::log(tolerance) / (n_ - 1.0))) {}
 
     double samples() const { return n_; }
-    std::span<const double> planes(int) const { return sides_; }
+    std::span<const double> planes(std::size_t) const { return sides_; }
     void enter(const Point<D> &) {}
 
     double empty(const Point<D> &y, double r) const {
@@ -210,7 +210,7 @@ public:
         double end = std::pow(least_ / unit_ball<D>, 1.0 / D) / length;
         for (int step = 0; step < 3 && end < 1.0; ++step) {
             Point<D> y;
-            for (int a = 0; a < D; ++a) y[a] = x[a] + end * e[a];
+            for (std::size_t a = 0; a < D; ++a) y[a] = x[a] + end * e[a];
             const double covered = ball_in_unit_box<D>(y, end * length);
             end *= std::pow(least_ / covered, 1.0 / D);
             if (covered > 0.95 * least_) break;
@@ -226,12 +226,12 @@ private:
 
 // One sample in each box of a k_1 × … × k_D grid: Π_j (1 − |B ∩ S_j| / |S_j|) over the strata
 // other than that of x. Zero once B covers one of them.
-template <int D>
+template <std::size_t D>
 class StratifiedDesign {
 public:
     explicit StratifiedDesign(const std::array<std::size_t, D> &strata) : strata_(strata) {
         double diagonal2 = 0.0;
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             const double side = 1.0 / static_cast<double>(strata[a]);
             samples_ *= static_cast<double>(strata[a]);
             for (std::size_t c = 0; c <= strata[a]; ++c)
@@ -243,7 +243,7 @@ public:
     }
 
     double samples() const { return samples_; }
-    std::span<const double> planes(int axis) const { return near_[axis]; }
+    std::span<const double> planes(std::size_t axis) const { return near_[axis]; }
     double reach() const { return reach_; }
     double end_of_ray(const Point<D> &, const Point<D> &, double) const { return 1.0; }
     // The ball is inside the stratum that is left out: P = 1.
@@ -251,7 +251,7 @@ public:
 
     // Makes the stratum of x the one that is left out, and finds the planes near it.
     void enter(const Point<D> &x) {
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             home_[a] = stratum(a, x[a]);
             const std::size_t first = stratum(a, x[a] - 2.0 * reach_);
             const std::size_t last = stratum(a, x[a] + 2.0 * reach_);
@@ -262,7 +262,7 @@ public:
     double empty(const Point<D> &y, double r) {
         // The strata that the ball may touch
         std::array<std::size_t, D> first, count;
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             first[a] = stratum(a, y[a] - r);
             count[a] = stratum(a, y[a] + r) - first[a] + 1;
             ball_.planes(a).clear();
@@ -275,14 +275,14 @@ public:
         std::array<std::size_t, D> j{};
         do {
             bool home = true;
-            for (int a = 0; a < D; ++a) home &= first[a] + j[a] == home_[a];
+            for (std::size_t a = 0; a < D; ++a) home &= first[a] + j[a] == home_[a];
             if (!home) probability *= std::max(0.0, 1.0 - samples_ * ball_.measure(j));
-        } while (probability > 0.0 && next(j, [&](int a) { return count[a]; }));
+        } while (probability > 0.0 && next(j, [&](std::size_t a) { return count[a]; }));
         return probability;
     }
 
 private:
-    std::size_t stratum(int axis, double c) const {
+    std::size_t stratum(std::size_t axis, double c) const {
         const double k = static_cast<double>(strata_[axis]);
         return static_cast<std::size_t>(std::clamp(std::floor(c * k), 0.0, k - 1.0));
     }
@@ -305,7 +305,7 @@ struct Resolution {
 // ∫ f over the box as seen from x: the pyramids with apex x over its 2D sides. With w on a
 // side at distance a and y = x + t (w − x), dy = a t^(D−1) dt dw: no singularity as x nears a
 // side. Sides are split at the foot of x, rays where the ball comes to touch a plane.
-template <int D, class Design>
+template <std::size_t D, class Design>
 class BiasIntegral {
 public:
     BiasIntegral(Design design, const Resolution &resolution)
@@ -315,12 +315,12 @@ public:
     double operator()(const Point<D> &x) {
         design_.enter(x);
         Point<D> lower, upper; // the part of the box that matters
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             lower[a] = std::max(0.0, x[a] - design_.reach());
             upper[a] = std::min(1.0, x[a] + design_.reach());
         }
         double sum = 0.0;
-        for (int axis = 0; axis < D; ++axis)
+        for (std::size_t axis = 0; axis < D; ++axis)
             for (const double side : {lower[axis], upper[axis]})
                 sum += std::abs(side - x[axis]) * over_side(x, lower, upper, axis, side);
         return design_.samples() * sum;
@@ -328,13 +328,13 @@ public:
 
 private:
     // ∫ dw ∫ dt t^(D−1) P over one side: 2^(D−1) panels that meet at the foot of x.
-    double over_side(const Point<D> &x, const Point<D> &lower, const Point<D> &upper, int axis,
-                     double side) {
+    double over_side(const Point<D> &x, const Point<D> &lower, const Point<D> &upper,
+                     std::size_t axis, double side) {
         if (side == x[axis]) return 0.0;
         Point<D> e{};
         e[axis] = side - x[axis];
         double sum = 0.0;
-        const auto nest = [&](auto &&self, int b, double weight) -> void {
+        const auto nest = [&](auto &&self, std::size_t b, double weight) -> void {
             if (b == axis) ++b;
             if (b >= D) {
                 sum += weight * along_ray(x, e);
@@ -367,15 +367,15 @@ private:
 
         double sum = touches ? 0.0 : design_.untouched(breaks_[1], length);
         for (std::size_t p = !touches; p + 1 < breaks_.size(); ++p) {
-            const double begin = breaks_[p], width = breaks_[p + 1] - begin;
-            if (width <= 0.0) continue;
+            const double begin = breaks_[p], extent = breaks_[p + 1] - begin;
+            if (extent <= 0.0) continue;
             double panel = 0.0, largest = 0.0;
-            for (const auto &[node, w] : along_(width / breaks_.back())) {
+            for (const auto &[node, w] : along_(extent / breaks_.back())) {
                 // node² undoes the power 3/2 with which a disc loses area beyond a line
-                const double t = begin + width * (D == 2 ? node * node : node);
-                const double jacobian = width * (D == 2 ? 2.0 * node : 1.0);
+                const double t = begin + extent * (D == 2 ? node * node : node);
+                const double jacobian = extent * (D == 2 ? 2.0 * node : 1.0);
                 Point<D> y;
-                for (int a = 0; a < D; ++a) y[a] = x[a] + t * e[a];
+                for (std::size_t a = 0; a < D; ++a) y[a] = x[a] + t * e[a];
                 const double empty = design_.empty(y, t * length);
                 largest = std::max(largest, empty);
                 panel += w * jacobian * (D == 2 ? t : t * t) * empty;
@@ -394,7 +394,7 @@ private:
         const auto add = [&](double t) {
             if (t > 0.0 && t < end) breaks_.push_back(t);
         };
-        for (int a = 0; a < D; ++a)
+        for (std::size_t a = 0; a < D; ++a)
             for (const double plane : design_.planes(a)) {
                 const double q = plane - x[a];
                 touches |= q == 0.0;
@@ -416,7 +416,7 @@ private:
 };
 
 // G at `count` points of [0,1]^D, in parallel.
-template <int D, class Design>
+template <std::size_t D, class Design>
 void bias_function(const Design &design, const double *x, std::size_t count, double *values,
                    unsigned threads, const Resolution &resolution) {
     parallel_for(count, 4, threads, [&](std::size_t begin, std::size_t end, unsigned) {

@@ -23,7 +23,7 @@
 namespace voroquad {
 
 // The points of the buckets whose largest coordinate distance from `home` is `ring`.
-template <int D, class Visit>
+template <std::size_t D, class Visit>
 void visit_ring(const BucketGrid<D> &grid, const typename BucketGrid<D>::Bucket &home,
                 std::int64_t ring, Visit &&visit) {
     const std::int64_t last = grid.resolution() - 1;
@@ -34,7 +34,7 @@ void visit_ring(const BucketGrid<D> &grid, const typename BucketGrid<D>::Bucket 
         to[D - 1] = std::min(end, last);
         for (const auto &entry : grid.row(from, to)) visit(entry);
     };
-    const auto rows = [&](auto &&self, int axis, bool on_ring) -> void {
+    const auto rows = [&](auto &&self, std::size_t axis, bool on_ring) -> void {
         if (axis == D - 1) {
             const std::int64_t c = home[axis];
             if (on_ring || ring == 0) return run(c - ring, c + ring);
@@ -58,13 +58,14 @@ struct NearestTwo {
     std::size_t except(std::size_t i) const { return first == i ? second : first; }
 };
 
-template <int D>
+template <std::size_t D>
 NearestTwo nearest_two(const BucketGrid<D> &grid, const Point<D> &y) {
     NearestTwo nearest;
     double first2 = std::numeric_limits<double>::infinity(), second2 = first2;
     const auto visit = [&](const typename BucketGrid<D>::Entry &entry) {
         double distance2 = 0.0;
-        for (int a = 0; a < D; ++a) distance2 += (entry.point[a] - y[a]) * (entry.point[a] - y[a]);
+        for (std::size_t a = 0; a < D; ++a)
+            distance2 += (entry.point[a] - y[a]) * (entry.point[a] - y[a]);
         if (distance2 < first2) {
             nearest.second = nearest.first, second2 = first2;
             nearest.first = entry.index, first2 = distance2;
@@ -79,7 +80,7 @@ NearestTwo nearest_two(const BucketGrid<D> &grid, const Point<D> &y) {
     for (std::int64_t ring = 0; ring < k; ++ring) {
         visit_ring(grid, home, ring, visit);
         double reach = std::numeric_limits<double>::infinity();
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             if (home[a] - ring > 0)
                 reach =
                     std::min(reach, y[a] - static_cast<double>(home[a] - ring) * grid.spacing());
@@ -94,7 +95,7 @@ NearestTwo nearest_two(const BucketGrid<D> &grid, const Point<D> &y) {
 
 // A quadrature of G − 1 over the box: the product of one rule per axis. Nodes at which G is the
 // same by symmetry, or by distance from the border, are of one class.
-template <int D>
+template <std::size_t D>
 struct BiasLattice {
     std::array<std::vector<double>, D> position, weight;
     std::array<std::vector<std::size_t>, D> node_class;
@@ -118,13 +119,13 @@ struct BiasLattice {
     Node operator[](std::size_t q) const {
         Node node;
         std::array<std::size_t, D> i;
-        for (int a = D - 1; a >= 0; --a) {
+        for (std::size_t a = D; a-- > 0;) {
             i[a] = q % position[a].size();
             q /= position[a].size();
         }
         std::size_t index = 0;
         double w = 1.0;
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             node.y[a] = position[a][i[a]];
             w *= weight[a][i[a]];
             index = index * classes[a] + node_class[a][i[a]];
@@ -136,7 +137,7 @@ struct BiasLattice {
 
     std::size_t stratum_of(const Point<D> &y) const {
         std::size_t index = 0;
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             const auto j = static_cast<std::size_t>(y[a] * static_cast<double>(strata[a]));
             index = index * strata[a] + std::min(j, strata[a] - 1);
         }
@@ -145,7 +146,7 @@ struct BiasLattice {
 };
 
 // Turns the cell measures of one set into weights.
-template <int D>
+template <std::size_t D>
 class BoundaryControl {
 public:
     // excess[i] = G(x_i) − 1; weights[i] = |V_i| on entry.
@@ -216,7 +217,7 @@ private:
 
 // Weights of `sets` sets of n points, in parallel over sets where there are enough of them and
 // over look-ups elsewhere; the same to the last bit for any number of threads.
-template <int D>
+template <std::size_t D>
 void boundary_control_of_sets(const double *points, const double *excess, std::size_t sets,
                               std::size_t n, const BiasLattice<D> &lattice, double *weights,
                               unsigned threads) {

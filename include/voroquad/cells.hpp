@@ -30,11 +30,11 @@
 
 namespace voroquad {
 
-template <int D>
+template <std::size_t D>
 using ConvexCell = std::conditional_t<D == 2, ConvexPolygon, ConvexPolyhedron>;
 
 // Cuts the cells of the sites of a tree, leaf by leaf; holds a thread's scratch space.
-template <int D>
+template <std::size_t D>
 class CellCutter {
 public:
     // Calls visit(site, cell) for the sites of families of leaves that follow each other in the
@@ -93,7 +93,7 @@ private:
     using Turns = std::array<Turn, D>;
     Point<D> seen(const FarSite &far) const {
         Point<D> q = tree_->site(far.site);
-        for (int a = 0; a < D; ++a) q[a] = domain_.turn(a, far.turn[a]).way(q[a], site_[a]);
+        for (std::size_t a = 0; a < D; ++a) q[a] = domain_.turn(a, far.turn[a]).way(q[a], site_[a]);
         return q;
     }
 
@@ -144,10 +144,11 @@ private:
               bool mirrors, Visit &&visit) {
         wraps_.reset(points.size() + 4);
         for (std::size_t lane = 0; lane < sites.size(); ++lane) {
-            const auto [site, to] = sites[lane];
-            move_to(site);
-            wraps_.add_all(lane,
-                           [&](auto &&add) { points.nearer_than(to, site_, site - first, add); });
+            const Wanted wanted = sites[lane];
+            move_to(wanted.site);
+            wraps_.add_all(lane, [&](auto &&add) {
+                points.nearer_than(wanted.to, site_, wanted.site - first, add);
+            });
             if (mirrors) for_each_mirror([&](const Point<2> &q) { wraps_.add(lane, q); });
         }
         wraps_.wrap();
@@ -191,7 +192,7 @@ private:
     // Whether a site of a leaf may have a mirror image among its nearest points
     bool may_mirror(const Box<D> &leaf) const {
         double to_side = std::numeric_limits<double>::infinity();
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             const auto &[lo, hi] = domain_.box;
             const double near = domain_.periodic[a]
                                     ? 0.5 * domain_.side(a)
@@ -203,7 +204,7 @@ private:
 
     void move_to(std::size_t s) {
         site_ = tree_->site(s);
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             // On periodic axes the site's own images leave a period around it
             const double half = 0.5 * domain_.side(a);
             side_.lo[a] = domain_.periodic[a] ? -half : domain_.box.lo[a] - site_[a];
@@ -306,7 +307,7 @@ private:
     // than the cell's own: the one with the greatest q·v - |q|²/2 = (|v|² - |v - q|²)/2, which
     // keeps its digits for small q where it is magnified.
     std::optional<FarSite> nearer_to(const Point<D> &v) const {
-        std::optional<FarSite> nearest;
+        std::optional<FarSite> found;
         double gain = 0.0;
         const double v2 = dot<D>(v, v), rounding = 1e-14 * std::sqrt(v2);
         const auto bound = [&] { return (v2 - 2.0 / magnified * gain) * (1.0 + 1e-14); };
@@ -320,7 +321,7 @@ private:
                 const std::array<Vector, D> p = tree_->vectors(s);
                 std::array<Vector, D> q;
                 Vector q2{}, size{}, to_v{};
-                for (int a = 0; a < D; ++a) {
+                for (std::size_t a = 0; a < D; ++a) {
                     q[a] = along[a].way(p[a], site_[a]);
                     const Vector large = magnified * q[a];
                     q2 += large * q[a];
@@ -334,7 +335,7 @@ private:
                 for_each_bit(bits_of(significant) & first_lanes(end - s), [&](std::size_t i) {
                     if (more[i] <= gain || has_clipped({s + i, turn})) return;
                     gain = more[i];
-                    nearest = FarSite{s + i, turn};
+                    found = FarSite{s + i, turn};
                 });
             }
         };
@@ -342,7 +343,7 @@ private:
             std::numeric_limits<double>::infinity(), [&](const Point<D> &turn, bool) {
                 Turns along;
                 Box<D> at; // where the vertex is, whatever rounding does
-                for (int a = 0; a < D; ++a) {
+                for (std::size_t a = 0; a < D; ++a) {
                     along[a] = domain_.turn(a, turn[a]);
                     const double place = along[a].home(site_[a]) + v[a];
                     const double error = along[a].rounding() + 0x1p-52 * std::abs(place);
@@ -355,14 +356,14 @@ private:
                 tree_->search(at, bound, worth,
                               [&](std::size_t leaf) { visit_leaf(leaf, turn, along); });
             });
-        return nearest;
+        return found;
     }
 
     // Whether a site in a box may gain more at v than rounding can: q·v - |q|²/2 is at most the sum
     // of what each coordinate of q can gain.
     bool may_gain(const Box<D> &box, const Turns &along, const Point<D> &v, double rounding) const {
         double most = 0.0, least = 0.0;
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             const double lo = along[a].way(box.lo[a], site_[a]);
             const double hi = along[a].way(box.hi[a], site_[a]);
             const double best = std::clamp(v[a], lo, hi);
@@ -411,7 +412,7 @@ private:
 };
 
 // Scratch space for one set after another.
-template <int D>
+template <std::size_t D>
 struct CellWorkspace {
     PointTree<D> tree;
     std::vector<CellCutter<D>> cutters;
@@ -422,7 +423,7 @@ struct CellWorkspace<1> {
 };
 
 // Calls visit(site, cell, worker) for every distinct point in parallel, along the tree's curve.
-template <int D, class Visit, class Pause = NoPause>
+template <std::size_t D, class Visit, class Pause = NoPause>
 void for_each_cell(CellWorkspace<D> &work, const BoundsOf<D> &domain, unsigned threads,
                    Visit &&visit, Pause &&pause = {}) {
     if (work.cutters.size() < threads) work.cutters.resize(threads);
@@ -437,7 +438,7 @@ void for_each_cell(CellWorkspace<D> &work, const BoundsOf<D> &domain, unsigned t
 }
 
 // Lengths, areas or volumes of the cells. Points that coincide share their cell equally.
-template <int D, class Pause = NoPause>
+template <std::size_t D, class Pause = NoPause>
 void cell_measures(const PointView<D> &points, const BoundsOf<D> &domain, double *measures,
                    CellWorkspace<D> &work, unsigned threads = 1, Pause &&pause = {}) {
     if constexpr (D == 1) {
@@ -461,7 +462,7 @@ void cell_measures(const PointView<D> &points, const BoundsOf<D> &domain, double
 // Measures of independent sets of n points each; set(s) is the PointView of one. In
 // parallel over sets where there are enough of them and over cells elsewhere. Every measure
 // depends on its own set only: the result is the same to the last bit for any number of threads.
-template <int D, class Set, class Pause = NoPause>
+template <std::size_t D, class Set, class Pause = NoPause>
 void cell_measures_of_sets(Set &&set, std::size_t sets, std::size_t n, const Bounds<D> &domain,
                            double *measures, unsigned threads, Pause &&pause = {}) {
     if (sets >= 2 * std::size_t{threads} || n < 4096) {
@@ -507,7 +508,7 @@ Polygons cell_polygons(const PointView<2> &points, const Bounds<2> &domain, Paus
         const std::size_t begin = corners.size();
         for (std::size_t v = 0; v < cell.size(); ++v) {
             Point<2> corner = cell.vertex(v);
-            for (int a = 0; a < 2; ++a) corner[a] += site[a];
+            for (std::size_t a = 0; a < 2; ++a) corner[a] += site[a];
             corner = domain.clamped(corner);
             if (corners.size() == begin || corner != corners.back()) corners.push_back(corner);
         }

@@ -11,7 +11,7 @@ namespace voroquad {
 
 // The centroid of signed pieces, whose sum is the body; in the middle of the pieces where all of
 // them are too small to have a measure.
-template <int D>
+template <std::size_t D>
 class Centroid {
 public:
     void add(const Point<D> &middle, double measure) {
@@ -33,11 +33,11 @@ private:
         double weight = 0.0;
 
         void add(const Point<D> &p, double w) {
-            for (int a = 0; a < D; ++a) moment[a] += w * p[a];
+            for (std::size_t a = 0; a < D; ++a) moment[a] += w * p[a];
             weight += w;
         }
         void add(const Sum &other) {
-            for (int a = 0; a < D; ++a) moment[a] += other.moment[a];
+            for (std::size_t a = 0; a < D; ++a) moment[a] += other.moment[a];
             weight += other.weight;
         }
         Point<D> mean() const {
@@ -68,7 +68,7 @@ inline Point<3> centroid(const ConvexPolyhedron &cell) {
         for (std::size_t i = 2; i < corners.size(); ++i) {
             const Point<3> &q = corners[i - 1], &r = corners[i];
             Point<3> middle;
-            for (int a = 0; a < 3; ++a) middle[a] = (p[a] + q[a] + r[a]) / 4.0;
+            for (std::size_t a = 0; a < 3; ++a) middle[a] = (p[a] + q[a] + r[a]) / 4.0;
             centroid.add(middle, dot<3>(p, cross(q, r)));
         }
     });
@@ -77,7 +77,7 @@ inline Point<3> centroid(const ConvexPolyhedron &cell) {
 
 // The centroids of all cells, in the coordinates of the points; on periodic axes they may lie
 // outside the box.
-template <int D, class Pause = NoPause>
+template <std::size_t D, class Pause = NoPause>
 void cell_centroids(const PointView<D> &points, const BoundsOf<D> &domain, Point<D> *centroids,
                     unsigned threads = 1, Pause &&pause = {}) {
     if (points.size() == 0) return;
@@ -86,7 +86,7 @@ void cell_centroids(const PointView<D> &points, const BoundsOf<D> &domain, Point
     const auto place = [&](std::size_t site, const auto &cell, unsigned) {
         Point<D> c = centroid(cell);
         const Point<D> origin = work.tree.site(site);
-        for (int a = 0; a < D; ++a) c[a] += origin[a];
+        for (std::size_t a = 0; a < D; ++a) c[a] += origin[a];
         for (const std::size_t i : work.tree.points_at(site)) centroids[i] = domain.clamped(c);
     };
     for_each_cell(work, domain, threads, place, pause);

@@ -36,7 +36,7 @@ struct Turn {
 //
 // Preconditions: box.lo < box.hi; coordinates are at most 1000 in absolute value (scale by a power
 // of two, which is exact); points lie in the box, on periodic axes below box.hi.
-template <int D>
+template <std::size_t D>
 struct Bounds {
     Box<D> box;
     std::array<bool, D> periodic{};
@@ -49,25 +49,25 @@ struct Bounds {
         periodic.fill(unit == Domain::torus);
     }
 
-    double side(int axis) const { return box.hi[axis] - box.lo[axis]; }
+    double side(std::size_t axis) const { return box.hi[axis] - box.lo[axis]; }
     bool any_periodic() const {
         return std::any_of(periodic.begin(), periodic.end(), [](bool is) { return is; });
     }
     // By `count` periods along an axis: -1, 0 or 1
-    Turn turn(int axis, double count) const {
+    Turn turn(std::size_t axis, double count) const {
         if (count == 0.0) return {0.0, 0.0};
         return count > 0.0 ? Turn{box.lo[axis], box.hi[axis]} : Turn{box.hi[axis], box.lo[axis]};
     }
     // Back into the box what rounding has put outside; on periodic axes cells may reach out.
     Point<D> clamped(Point<D> p) const {
-        for (int a = 0; a < D; ++a)
+        for (std::size_t a = 0; a < D; ++a)
             if (!periodic[a]) p[a] = std::clamp(p[a], box.lo[a], box.hi[a]);
         return p;
     }
 };
 
 // In parameters, so that Domain::box and Domain::torus can be passed for it
-template <int D>
+template <std::size_t D>
 using BoundsOf = std::type_identity_t<Bounds<D>>;
 
 } // namespace voroquad

@@ -48,7 +48,7 @@ Polyhedra cell_polyhedra(const PointView<3> &points, const Bounds<3> &domain, Pa
         cell.for_each_face([&](const std::vector<Point<3>> &corners, const Point<3> &) {
             face.clear();
             for (Point<3> corner : corners) {
-                for (int a = 0; a < 3; ++a) corner[a] += site[a];
+                for (std::size_t a = 0; a < 3; ++a) corner[a] += site[a];
                 corner = domain.clamped(corner);
                 if (face.empty() || corner != face.back()) face.push_back(corner);
             }

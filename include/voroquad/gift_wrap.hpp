@@ -98,7 +98,7 @@ public:
             store(&vertex_[0][k * width], vx);
             store(&vertex_[1][k * width], vy);
             const Vector r2 = vx * vx + vy * vy;
-            radius2_ = walking & (r2 > radius2_) ? r2 : radius2_;
+            radius2_ = (walking & (r2 > radius2_)) ? r2 : radius2_;
             size_ = walking ? size_ + 1.0 : size_;
             if (k == 0) {
                 first_x = vx, first_y = vy;

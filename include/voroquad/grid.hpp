@@ -16,7 +16,7 @@ namespace voroquad {
 // Points of [0,1]^D sorted into k^D equal buckets, row by row. A bucket's points
 // lie next to each other in memory, and so do those of neighbouring buckets
 // along the last axis. build() reuses the memory of the set before.
-template <int D>
+template <std::size_t D>
 class BucketGrid {
 public:
     using Bucket = std::array<std::int64_t, D>;
@@ -33,7 +33,7 @@ public:
         resolution_ =
             std::max<std::int64_t>(1, static_cast<std::int64_t>(std::pow(buckets, 1.0 / D)));
         std::size_t total = 1;
-        for (int a = 0; a < D; ++a) total *= static_cast<std::size_t>(resolution_);
+        for (std::size_t a = 0; a < D; ++a) total *= static_cast<std::size_t>(resolution_);
 
         // Count the points of every bucket
         start_.assign(total + 1, 0);
@@ -56,7 +56,7 @@ public:
 
     Bucket bucket_of(const Point<D> &p) const {
         Bucket bucket;
-        for (int a = 0; a < D; ++a)
+        for (std::size_t a = 0; a < D; ++a)
             bucket[a] = std::clamp<std::int64_t>(
                 static_cast<std::int64_t>(p[a] * static_cast<double>(resolution_)), 0,
                 resolution_ - 1);
@@ -79,7 +79,7 @@ private:
 
     std::size_t linear(const Bucket &bucket) const {
         std::int64_t index = 0;
-        for (int a = 0; a < D; ++a) index = index * resolution_ + bucket[a];
+        for (std::size_t a = 0; a < D; ++a) index = index * resolution_ + bucket[a];
         return static_cast<std::size_t>(index);
     }
 

@@ -10,26 +10,27 @@ namespace voroquad {
 
 // rank[cell] is the position of a cell of the grid of 2^bits cells per axis along the curve;
 // cells are numbered in C order. Consecutive positions are cells with a common face.
-template <int D>
+template <std::size_t D>
 struct HilbertCurve {
-    static constexpr int max_bits = 12 / D; // 4096 cells: the table stays in the first cache
+    static constexpr std::size_t max_bits =
+        12 / D; // 4096 cells: the table stays in the first cache
     std::vector<std::uint16_t> rank;
 
-    static const HilbertCurve &of(int bits) {
+    static const HilbertCurve &of(std::size_t bits) {
         static const auto curves = [] {
             std::array<HilbertCurve, max_bits + 1> all;
-            for (int b = 1; b <= max_bits; ++b) all[static_cast<std::size_t>(b)].fill(b);
+            for (std::size_t b = 1; b <= max_bits; ++b) all[b].fill(b);
             return all;
         }();
-        return curves[static_cast<std::size_t>(bits)];
+        return curves[bits];
     }
 
 private:
-    void fill(int bits) {
+    void fill(std::size_t bits) {
         rank.resize(std::size_t{1} << (bits * D));
         for (std::size_t cell = 0; cell < rank.size(); ++cell) {
             std::array<std::uint32_t, D> x;
-            for (int a = 0; a < D; ++a)
+            for (std::size_t a = 0; a < D; ++a)
                 x[a] =
                     static_cast<std::uint32_t>(cell >> (bits * (D - 1 - a))) & ((1u << bits) - 1);
             rank[cell] = position(x, bits);
@@ -38,10 +39,10 @@ private:
 
     // J. Skilling, Programming the Hilbert curve, AIP Conf. Proc. 707 (2004): from axes to
     // the transposed index, whose bits are then interleaved
-    static std::uint16_t position(std::array<std::uint32_t, D> x, int bits) {
+    static std::uint16_t position(std::array<std::uint32_t, D> x, std::size_t bits) {
         const std::uint32_t top = 1u << (bits - 1);
         for (std::uint32_t q = top; q > 1; q >>= 1)
-            for (int a = 0; a < D; ++a) {
+            for (std::size_t a = 0; a < D; ++a) {
                 if (x[a] & q) {
                     x[0] ^= q - 1;
                 } else {
@@ -50,15 +51,15 @@ private:
                     x[a] ^= t;
                 }
             }
-        for (int a = 1; a < D; ++a) x[a] ^= x[a - 1];
+        for (std::size_t a = 1; a < D; ++a) x[a] ^= x[a - 1];
         std::uint32_t t = 0;
         for (std::uint32_t q = top; q > 1; q >>= 1)
             if (x[D - 1] & q) t ^= q - 1;
         for (auto &axis : x) axis ^= t;
 
         std::uint32_t index = 0;
-        for (int b = bits - 1; b >= 0; --b)
-            for (int a = 0; a < D; ++a) index = index << 1 | (x[a] >> b & 1u);
+        for (std::size_t b = bits; b-- > 0;)
+            for (std::size_t a = 0; a < D; ++a) index = index << 1 | (x[a] >> b & 1u);
         return static_cast<std::uint16_t>(index);
     }
 };

@@ -12,20 +12,20 @@ namespace voroquad {
 class Pack {
 public:
 #if defined(__AVX512F__)
-    static constexpr int lanes = 8;
+    static constexpr std::size_t lanes = 8;
 #elif defined(__AVX__)
-    static constexpr int lanes = 4;
+    static constexpr std::size_t lanes = 4;
 #else
-    static constexpr int lanes = 2;
+    static constexpr std::size_t lanes = 2;
 #endif
 
     Pack() : Pack(0.0) {}
     explicit Pack(double value) {
-        for (int l = 0; l < lanes; ++l) v_[l] = value;
+        for (std::size_t l = 0; l < lanes; ++l) v_[l] = value;
     }
 
-    double operator[](int lane) const { return v_[lane]; }
-    void set(int lane, double value) { v_[lane] = value; }
+    double operator[](std::size_t lane) const { return v_[lane]; }
+    void set(std::size_t lane, double value) { v_[lane] = value; }
 
     friend Pack operator+(const Pack &a, const Pack &b) { return Pack(a.v_ + b.v_); }
     friend Pack operator-(const Pack &a, const Pack &b) { return Pack(a.v_ - b.v_); }
@@ -39,18 +39,18 @@ private:
 #else
     struct Register {
         double v[lanes];
-        double &operator[](int l) { return v[l]; }
-        double operator[](int l) const { return v[l]; }
+        double &operator[](std::size_t l) { return v[l]; }
+        double operator[](std::size_t l) const { return v[l]; }
         friend Register operator+(Register a, const Register &b) {
-            for (int l = 0; l < lanes; ++l) a.v[l] += b.v[l];
+            for (std::size_t l = 0; l < lanes; ++l) a.v[l] += b.v[l];
             return a;
         }
         friend Register operator-(Register a, const Register &b) {
-            for (int l = 0; l < lanes; ++l) a.v[l] -= b.v[l];
+            for (std::size_t l = 0; l < lanes; ++l) a.v[l] -= b.v[l];
             return a;
         }
         friend Register operator*(Register a, const Register &b) {
-            for (int l = 0; l < lanes; ++l) a.v[l] *= b.v[l];
+            for (std::size_t l = 0; l < lanes; ++l) a.v[l] *= b.v[l];
             return a;
         }
     };
@@ -113,7 +113,7 @@ private:
     void reflect(std::size_t k, Pack *v) {
         Pack norm2;
         for (std::size_t r = k; r < rows_; ++r) norm2 += v[r] * v[r];
-        for (int l = 0; l < Pack::lanes; ++l) {
+        for (std::size_t l = 0; l < Pack::lanes; ++l) {
             const double norm = std::sqrt(norm2[l]), first = v[k][l];
             const double diagonal = first > 0.0 ? -norm : norm;
             inverse_diagonal_[k].set(l, 1.0 / diagonal);

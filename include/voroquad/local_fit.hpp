@@ -35,11 +35,11 @@ inline constexpr double largest_leverage = 1e4;
 
 // The highest order, at most `order`, of which a lane's solution of Rᵀ u = g keeps the leverage
 // small.
-inline int highest_order(const TotalDegree &terms, const std::vector<Pack> &solution, int lane,
-                         int order) {
+inline std::size_t highest_order(const TotalDegree &terms, const std::vector<Pack> &solution,
+                                 std::size_t lane, std::size_t order) {
     double leverage = 0.0;
     std::size_t k = 0;
-    for (int p = 0; p <= order; ++p) {
+    for (std::size_t p = 0; p <= order; ++p) {
         for (; k < terms.size(p); ++k) leverage += solution[k][lane] * solution[k][lane];
         if (p > 0 && !(leverage <= largest_leverage)) return p - 1;
     }
@@ -95,9 +95,8 @@ private:
 // Fits around Pack::lanes strata at a time; holds a thread's scratch space.
 class BlockFits {
 public:
-    BlockFits(const StrataBlocks &blocks, int order)
-        : blocks_(blocks), terms_(static_cast<int>(blocks.dimension()), order),
-          degrees_(order + 1) {
+    BlockFits(const StrataBlocks &blocks, std::size_t order)
+        : blocks_(blocks), terms_(blocks.dimension(), order), degrees_(order + 1) {
         const std::size_t d = blocks.dimension(), columns = terms_.size();
         fit_.resize(blocks.members().size() - 1, columns);
         factors_.resize(d * degrees_);
@@ -113,16 +112,16 @@ public:
     // Fits around the strata first … first + lanes − 1 (beyond `last` around `last` again).
     // `points` are the samples in C order of their strata.
     void compute(const double *points, std::size_t first, std::size_t last) {
-        for (int l = 0; l < Pack::lanes; ++l) place(l, std::min(first + l, last));
+        for (std::size_t l = 0; l < Pack::lanes; ++l) place(l, std::min(first + l, last));
         fill_rows(points);
         fit_.factor();
         find_orders();
 
         // The responses of P_i(x_i) and of the mean of P_i over S_i
-        load(points, [this](int l) { return own_[l]; });
+        load(points, [this](std::size_t l) { return own_[l]; });
         respond(value_response_);
         for (std::size_t f = 0; f < factors_.size(); ++f)
-            for (int l = 0; l < Pack::lanes; ++l) {
+            for (std::size_t l = 0; l < Pack::lanes; ++l) {
                 const std::size_t a = f / degrees_;
                 factors_[f].set(l, means_[a][offset_[l][a] * degrees_ + f % degrees_]);
             }
@@ -131,29 +130,30 @@ public:
 
     std::size_t rows() const { return fit_.rows(); }
     // The stratum whose sample is row r of a lane's fit.
-    std::size_t sample(int lane, std::size_t r) const {
+    std::size_t sample(std::size_t lane, std::size_t r) const {
         return base_[lane] + blocks_.members()[r + (r >= own_[lane])];
     }
-    double value_response(int lane, std::size_t r) const { return value_response_[r][lane]; }
-    double mean_response(int lane, std::size_t r) const { return mean_response_[r][lane]; }
+    double value_response(std::size_t lane, std::size_t r) const {
+        return value_response_[r][lane];
+    }
+    double mean_response(std::size_t lane, std::size_t r) const { return mean_response_[r][lane]; }
     // The order that the guard has left a lane's fit with.
-    int order(int lane) const { return order_[lane]; }
+    std::size_t order(std::size_t lane) const { return order_[lane]; }
 
 private:
     // Legendre means over the block's strata and values at their edges, along one axis.
     void tabulate(std::size_t axis) {
-        const std::size_t width = blocks_.width(axis);
-        const auto edge = [&](std::size_t i) { return 2.0 * double(i) / double(width) - 1.0; };
-        means_[axis].resize(width * degrees_);
-        edges_[axis].resize((2 * width + 1) * degrees_);
-        for (std::size_t i = 0; i < width; ++i)
-            legendre_means(edge(i), edge(i + 1), int(degrees_) - 1, &means_[axis][i * degrees_]);
-        for (std::size_t i = 0; i <= 2 * width; ++i) // … and at their centres, in between
-            legendre(double(i) / double(width) - 1.0, int(degrees_) - 1,
-                     &edges_[axis][i * degrees_]);
+        const std::size_t strata = blocks_.width(axis);
+        const auto edge = [&](std::size_t i) { return 2.0 * double(i) / double(strata) - 1.0; };
+        means_[axis].resize(strata * degrees_);
+        edges_[axis].resize((2 * strata + 1) * degrees_);
+        for (std::size_t i = 0; i < strata; ++i)
+            legendre_means(edge(i), edge(i + 1), degrees_ - 1, &means_[axis][i * degrees_]);
+        for (std::size_t i = 0; i <= 2 * strata; ++i) // … and at their centres, in between
+            legendre(double(i) / double(strata) - 1.0, degrees_ - 1, &edges_[axis][i * degrees_]);
     }
 
-    void place(int lane, std::size_t stratum) {
+    void place(std::size_t lane, std::size_t stratum) {
         base_[lane] = own_[lane] = 0;
         for (std::size_t a = 0; a < blocks_.dimension(); ++a) {
             const std::size_t coordinate = stratum / blocks_.stride(a) % blocks_.strata(a);
@@ -166,10 +166,10 @@ private:
 
     void fill_rows(const double *points) {
         for (std::size_t r = 0; r < fit_.rows(); ++r) {
-            const auto member = [this, r](int l) { return r + (r >= own_[l]); };
+            const auto member = [this, r](std::size_t l) { return r + (r >= own_[l]); };
             load(points, member);
             Pack share(1.0); // 0 leaves a sample out
-            for (int l = 0; blocks_.coloured() && l < Pack::lanes; ++l)
+            for (std::size_t l = 0; blocks_.coloured() && l < Pack::lanes; ++l)
                 if (blocks_.alike(member(l), own_[l])) share.set(l, 0.0);
             terms_.multiply(factors_.data(), fit_.row(r), fit_.rows(), share);
         }
@@ -180,26 +180,26 @@ private:
     void load(const double *points, Member &&member) {
         const std::size_t d = blocks_.dimension();
         std::array<const double *, Pack::lanes> x;
-        for (int l = 0; l < Pack::lanes; ++l)
+        for (std::size_t l = 0; l < Pack::lanes; ++l)
             x[l] = points + d * (base_[l] + blocks_.members()[member(l)]);
         for (std::size_t a = 0; a < d; ++a) {
             Pack t;
-            for (int l = 0; l < Pack::lanes; ++l)
+            for (std::size_t l = 0; l < Pack::lanes; ++l)
                 t.set(l, (x[l][a] * double(blocks_.strata(a)) - double(start_[l][a])) *
                                  (2.0 / double(blocks_.width(a))) -
                              1.0);
-            legendre(t, int(degrees_) - 1, &factors_[a * degrees_]);
+            legendre(t, degrees_ - 1, &factors_[a * degrees_]);
         }
     }
 
     // Lowers the order of each fit until its leverage is small at the corners and the centre of
     // the stratum.
     void find_orders() {
-        order_.fill(int(degrees_) - 1);
+        order_.fill(degrees_ - 1);
         const std::size_t d = blocks_.dimension(), corners = std::size_t{1} << d;
         for (std::size_t corner = 0; corner <= corners; ++corner) {
             for (std::size_t f = 0; f < factors_.size(); ++f)
-                for (int l = 0; l < Pack::lanes; ++l) {
+                for (std::size_t l = 0; l < Pack::lanes; ++l) {
                     const std::size_t a = f / degrees_;
                     const std::size_t half_steps = corner == corners ? 1 : corner >> a & 1 ? 2 : 0;
                     const std::size_t edge = 2 * offset_[l][a] + half_steps;
@@ -207,7 +207,7 @@ private:
                 }
             terms_.multiply(factors_.data(), basis_.data());
             fit_.solve_transposed(basis_.data(), solution_.data());
-            for (int l = 0; l < Pack::lanes; ++l)
+            for (std::size_t l = 0; l < Pack::lanes; ++l)
                 order_[l] = highest_order(terms_, solution_, l, order_[l]);
         }
     }
@@ -217,7 +217,7 @@ private:
         terms_.multiply(factors_.data(), basis_.data());
         fit_.solve_transposed(basis_.data(), solution_.data());
         std::fill(response.begin(), response.end(), Pack());
-        for (int l = 0; l < Pack::lanes; ++l)
+        for (std::size_t l = 0; l < Pack::lanes; ++l)
             for (std::size_t k = 0; k < terms_.size(order_[l]); ++k)
                 response[k].set(l, solution_[k][l]);
         fit_.apply_q(response.data());
@@ -231,7 +231,7 @@ private:
     std::vector<std::vector<double>> means_, edges_;
     std::array<std::array<std::size_t, 8>, Pack::lanes> start_{}, offset_{};
     std::array<std::size_t, Pack::lanes> base_{}, own_{};
-    std::array<int, Pack::lanes> order_{};
+    std::array<std::size_t, Pack::lanes> order_{};
 };
 
 // What leave-one-out makes of sets of n samples: weights (sets, n) and, for integrands with the
@@ -244,7 +244,7 @@ struct LeaveOneOut {
 // `points` are (sets, n, d), each set in C order of its strata. The slabs that work is handed out
 // in do not depend on the number of threads, nor does the order in which their parts are added.
 inline LeaveOneOut leave_one_out(const double *points, std::size_t sets, const StrataBlocks &blocks,
-                                 int order, const double *values, std::size_t fields,
+                                 std::size_t order, const double *values, std::size_t fields,
                                  unsigned threads) {
     const std::size_t n = blocks.size(), d = blocks.dimension(), layer = blocks.stride(0);
     const std::size_t layers = blocks.strata(0);
@@ -267,7 +267,7 @@ inline LeaveOneOut leave_one_out(const double *points, std::size_t sets, const S
         for (std::size_t i = first * layer; i < (last + 1) * layer; i += Pack::lanes) {
             const std::size_t stop = std::min<std::size_t>(i + Pack::lanes, (last + 1) * layer);
             fits.compute(points + set * n * d, i, stop - 1);
-            for (int l = 0; i + l < stop; ++l) {
+            for (std::size_t l = 0; i + l < stop; ++l) {
                 part.lowered += fits.order(l) < order;
                 for (std::size_t r = 0; r < fits.rows(); ++r)
                     part.weights[fits.sample(l, r) - part.begin] +=

@@ -28,20 +28,19 @@ struct NearestSamples {
 // Fits in Pack::lanes boxes at a time; holds a thread's scratch space.
 class NearestFits {
 public:
-    NearestFits(const NearestSamples &nearest, int order)
-        : nearest_(nearest), terms_(static_cast<int>(nearest.dimension), order),
-          degrees_(std::size_t(order) + 1), factors_(nearest.dimension * degrees_),
-          basis_(terms_.size()), solution_(terms_.size()), root_weight_(nearest.k),
-          response_(nearest.k), values_(degrees_) {
+    NearestFits(const NearestSamples &nearest, std::size_t order)
+        : nearest_(nearest), terms_(nearest.dimension, order), degrees_(order + 1),
+          factors_(nearest.dimension * degrees_), basis_(terms_.size()), solution_(terms_.size()),
+          root_weight_(nearest.k), response_(nearest.k), values_(degrees_) {
         fit_.resize(nearest.k, terms_.size());
     }
 
     // Fits in the boxes first … first + lanes − 1 (beyond `last` in `last` again).
     void compute(const double *points, std::size_t first, std::size_t last) {
         const std::size_t d = nearest_.dimension;
-        for (int l = 0; l < Pack::lanes; ++l) box_[l] = std::min(first + l, last);
+        for (std::size_t l = 0; l < Pack::lanes; ++l) box_[l] = std::min(first + l, last);
         for (std::size_t r = 0; r < nearest_.k; ++r) {
-            for (int l = 0; l < Pack::lanes; ++l) {
+            for (std::size_t l = 0; l < Pack::lanes; ++l) {
                 const double *x = points + d * std::size_t(neighbour(l, r));
                 root_weight_[r].set(l, root_weight(l, x));
                 load(l, x);
@@ -56,16 +55,16 @@ public:
     }
 
     // Sample r of a lane's fit.
-    std::int64_t neighbour(int lane, std::size_t r) const {
+    std::int64_t neighbour(std::size_t lane, std::size_t r) const {
         return nearest_.neighbours[box_[lane] * nearest_.k + r];
     }
 
     // The response of the mean of f̂ over the boxes, one entry per sample of the fits.
     const std::vector<Pack> &mean_response() {
-        for (int l = 0; l < Pack::lanes; ++l)
+        for (std::size_t l = 0; l < Pack::lanes; ++l)
             for (std::size_t a = 0; a < nearest_.dimension; ++a) {
                 const double h = nearest_.half_width[a] / nearest_.radius[box_[l]];
-                legendre_means(-h, h, int(degrees_) - 1, values_.data());
+                legendre_means(-h, h, degrees_ - 1, values_.data());
                 for (std::size_t k = 0; k < degrees_; ++k)
                     factors_[a * degrees_ + k].set(l, values_[k]);
             }
@@ -74,13 +73,13 @@ public:
 
     // The response of f̂ at one point (lanes, d) in each box.
     const std::vector<Pack> &response(const std::array<const double *, Pack::lanes> &x) {
-        for (int l = 0; l < Pack::lanes; ++l) load(l, x[l]);
+        for (std::size_t l = 0; l < Pack::lanes; ++l) load(l, x[l]);
         return respond();
     }
 
 private:
     // Bisquare: (1 − ρ²)², ρ = |x − centre| / radius.
-    double root_weight(int lane, const double *x) const {
+    double root_weight(std::size_t lane, const double *x) const {
         double distance2 = 0.0;
         for (std::size_t a = 0; a < nearest_.dimension; ++a) {
             const double t = local(lane, a, x[a]);
@@ -89,14 +88,14 @@ private:
         return std::max(1.0 - distance2, 1e-3); // equal distances must not leave out too many
     }
 
-    double local(int lane, std::size_t axis, double x) const {
+    double local(std::size_t lane, std::size_t axis, double x) const {
         return (x - nearest_.centres[box_[lane] * nearest_.dimension + axis]) /
                nearest_.radius[box_[lane]];
     }
 
-    void load(int lane, const double *x) {
+    void load(std::size_t lane, const double *x) {
         for (std::size_t a = 0; a < nearest_.dimension; ++a) {
-            legendre(local(lane, a, x[a]), int(degrees_) - 1, values_.data());
+            legendre(local(lane, a, x[a]), degrees_ - 1, values_.data());
             for (std::size_t k = 0; k < degrees_; ++k)
                 factors_[a * degrees_ + k].set(lane, values_[k]);
         }
@@ -105,11 +104,11 @@ private:
     // Lowers the order of each fit until its leverage is small at the corners and the centre of
     // its box, as largest_leverage says.
     void find_orders() {
-        order_.fill(int(degrees_) - 1);
+        order_.fill(degrees_ - 1);
         const std::size_t d = nearest_.dimension, corners = std::size_t{1} << d;
         std::array<double, 8> x;
         for (std::size_t corner = 0; corner <= corners; ++corner) {
-            for (int l = 0; l < Pack::lanes; ++l) {
+            for (std::size_t l = 0; l < Pack::lanes; ++l) {
                 for (std::size_t a = 0; a < d; ++a) {
                     const double side = corner == corners ? 0.0 : corner >> a & 1 ? 1.0 : -1.0;
                     x[a] = nearest_.centres[box_[l] * d + a] + side * nearest_.half_width[a];
@@ -118,7 +117,7 @@ private:
             }
             terms_.multiply(factors_.data(), basis_.data());
             fit_.solve_transposed(basis_.data(), solution_.data());
-            for (int l = 0; l < Pack::lanes; ++l)
+            for (std::size_t l = 0; l < Pack::lanes; ++l)
                 order_[l] = highest_order(terms_, solution_, l, order_[l]);
         }
     }
@@ -127,7 +126,7 @@ private:
         terms_.multiply(factors_.data(), basis_.data());
         fit_.solve_transposed(basis_.data(), solution_.data());
         std::fill(response_.begin(), response_.end(), Pack());
-        for (int l = 0; l < Pack::lanes; ++l)
+        for (std::size_t l = 0; l < Pack::lanes; ++l)
             for (std::size_t k = 0; k < terms_.size(order_[l]); ++k)
                 response_[k].set(l, solution_[k][l]);
         fit_.apply_q(response_.data());
@@ -143,13 +142,13 @@ private:
     std::vector<Pack> factors_, basis_, solution_, root_weight_, response_;
     std::vector<double> values_;
     std::array<std::size_t, Pack::lanes> box_{};
-    std::array<int, Pack::lanes> order_{};
+    std::array<std::size_t, Pack::lanes> order_{};
 };
 
 // The linear map from the values at m samples to  ∫ f̂ − (1/n) Σ_i f̂(x_i)  for n test points x_i,
 // given box by box: those of box b are test[starts[b]] … test[starts[b+1] − 1].
 inline std::vector<double> control_weights(const double *samples, std::size_t m,
-                                           const NearestSamples &nearest, int order,
+                                           const NearestSamples &nearest, std::size_t order,
                                            const double *test, const std::int64_t *starts,
                                            unsigned threads) {
     const std::size_t boxes = nearest.boxes, k = nearest.k, d = nearest.dimension;
@@ -162,7 +161,7 @@ inline std::vector<double> control_weights(const double *samples, std::size_t m,
             const std::size_t stop = std::min<std::size_t>(b + Pack::lanes, end);
             fit.compute(samples, b, stop - 1);
             const auto &mean = fit.mean_response();
-            for (int l = 0; b + l < stop; ++l)
+            for (std::size_t l = 0; b + l < stop; ++l)
                 for (std::size_t r = 0; r < k; ++r)
                     responses[(b + l) * k + r] = volume * mean[r][l];
 
@@ -170,7 +169,7 @@ inline std::vector<double> control_weights(const double *samples, std::size_t m,
             for (std::int64_t round = 0;; ++round) {
                 std::array<const double *, Pack::lanes> x;
                 std::array<bool, Pack::lanes> there{};
-                for (int l = 0; l < Pack::lanes; ++l) {
+                for (std::size_t l = 0; l < Pack::lanes; ++l) {
                     const std::size_t box = std::min(b + l, stop - 1);
                     there[l] = b + l < stop && starts[box] + round < starts[box + 1];
                     x[l] = there[l] ? test + d * std::size_t(starts[box] + round)
@@ -178,7 +177,7 @@ inline std::vector<double> control_weights(const double *samples, std::size_t m,
                 }
                 if (std::none_of(there.begin(), there.end(), [](bool t) { return t; })) break;
                 const auto &at_x = fit.response(x);
-                for (int l = 0; l < Pack::lanes; ++l)
+                for (std::size_t l = 0; l < Pack::lanes; ++l)
                     for (std::size_t r = 0; there[l] && r < k; ++r)
                         responses[(b + l) * k + r] -= at_x[r][l] / n;
             }

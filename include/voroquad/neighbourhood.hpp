@@ -23,7 +23,7 @@ inline constexpr double magnified = 0x1p1000;
 
 // Points side by side for vectors. Where an axis is periodic each has the turn of the sites that
 // see it.
-template <int D>
+template <std::size_t D>
 class PointList {
 public:
     using Vectors = std::array<Vector, D>;
@@ -40,9 +40,9 @@ public:
     // Adds those of a vector of points whose bit is set, and their sites' turns; there is room for
     // all.
     void add(const Vectors &points, const Vectors &turns, std::uint64_t chosen) {
-        for (int a = 0; a < D; ++a) store_chosen(&point_[a][size_], points[a], chosen);
+        for (std::size_t a = 0; a < D; ++a) store_chosen(&point_[a][size_], points[a], chosen);
         if (turned_)
-            for (int a = 0; a < D; ++a) store_chosen(&turn_[a][size_], turns[a], chosen);
+            for (std::size_t a = 0; a < D; ++a) store_chosen(&turn_[a][size_], turns[a], chosen);
         size_ += static_cast<std::size_t>(std::popcount(chosen));
     }
     // Where vectors read beyond the last point there is nothing near.
@@ -60,12 +60,13 @@ public:
     Vectors seen_from(const Point<D> &site, std::size_t i) const {
         Vectors q = points(i);
         const Vectors turn = turns(i);
-        for (int a = 0; a < D; ++a) q[a] -= site[a] - turn[a];
+        for (std::size_t a = 0; a < D; ++a) q[a] -= site[a] - turn[a];
         return q;
     }
     Point<D> point_seen_from(const Point<D> &site, std::size_t i) const {
         Point<D> q;
-        for (int a = 0; a < D; ++a) q[a] = point_[a][i] - (site[a] - (turned_ ? turn_[a][i] : 0.0));
+        for (std::size_t a = 0; a < D; ++a)
+            q[a] = point_[a][i] - (site[a] - (turned_ ? turn_[a][i] : 0.0));
         return q;
     }
 
@@ -84,7 +85,7 @@ public:
 private:
     static Vectors loaded(const std::array<Numbers, D> &from, std::size_t i) {
         Vectors v;
-        for (int a = 0; a < D; ++a) v[a] = load(&from[a][i]);
+        for (std::size_t a = 0; a < D; ++a) v[a] = load(&from[a][i]);
         return v;
     }
 
@@ -96,7 +97,7 @@ private:
 // All points within `reach` of a family of leaves, collected once for the sites in them. On
 // periodic axes a point that is near across a side counts with its image. Its own sites are the
 // first of the points, in their order.
-template <int D>
+template <std::size_t D>
 class Neighbourhood {
 public:
     // In a crowd the reach is shortened.
@@ -151,7 +152,7 @@ public:
         requires(D == 2)
     {
         double area = 1.0;
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             double lo = box_.lo[a] - reach_, hi = box_.hi[a] + reach_;
             if (!domain_->periodic[a])
                 lo = std::max(lo, domain_->box.lo[a]), hi = std::min(hi, domain_->box.hi[a]);
@@ -162,7 +163,7 @@ public:
     // All points within this distance of a site of the family are here
     double seen_from(const Point<D> &site) const {
         double margin = std::numeric_limits<double>::infinity();
-        for (int a = 0; a < D; ++a)
+        for (std::size_t a = 0; a < D; ++a)
             margin = std::min({margin, site[a] - box_.lo[a], box_.hi[a] - site[a]});
         return margin + reach_;
     }
@@ -199,7 +200,7 @@ public:
             for (std::size_t v = 0; v < cell.size(); ++v) {
                 const Point<D> vertex = cell.vertex(v);
                 Vector along{};
-                for (int a = 0; a < D; ++a) along += magnified * q[a] * vertex[a];
+                for (std::size_t a = 0; a < D; ++a) along += magnified * q[a] * vertex[a];
                 farthest = larger(farthest, along);
             }
             const Vector distance2 = load(&distance2_[i]);
@@ -219,7 +220,7 @@ public:
     template <class Visit>
     void for_each_turn(double reach, Visit &&visit) const {
         std::array<int, D> low{}, high{};
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             if (!domain_->periodic[a]) continue;
             low[a] = box_.lo[a] - reach <= domain_->box.lo[a] ? -1 : 0;
             high[a] = box_.hi[a] + reach >= domain_->box.hi[a] ? 1 : 0;
@@ -227,12 +228,12 @@ public:
         for (std::array<int, D> k = low;;) {
             Point<D> turn;
             bool home = true;
-            for (int a = 0; a < D; ++a) {
+            for (std::size_t a = 0; a < D; ++a) {
                 turn[a] = k[a];
                 home &= k[a] == 0;
             }
             visit(turn, home);
-            int a = 0;
+            std::size_t a = 0;
             for (; a < D && k[a] == high[a]; ++a) k[a] = low[a];
             if (a == D) return;
             ++k[a];
@@ -248,7 +249,7 @@ private:
     // does.
     Box<D> turned_back(const Point<D> &turn) const {
         Box<D> box;
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             const Turn along = domain_->turn(a, turn[a]);
             box.lo[a] = along.home(box_.lo[a]) - along.rounding();
             box.hi[a] = along.home(box_.hi[a]) + along.rounding();
@@ -260,7 +261,7 @@ private:
     static Vector distance2(const typename PointList<D>::Vectors &p,
                             const typename PointList<D>::Vectors &turn, const Box<D> &box) {
         typename PointList<D>::Vectors gap;
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             const Vector above = p[a] - (box.hi[a] - turn[a]);
             const Vector below = (box.lo[a] - turn[a]) - p[a];
             gap[a] = larger(larger(above, below), Vector{});
@@ -281,14 +282,14 @@ private:
         const std::size_t begin = tree_->leaf_begin(leaf), end = tree_->leaf_begin(leaf + 1);
         points_.reserve(points_.size() + (end - begin));
         typename PointList<D>::Vectors down, turns;
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             const Turn along = domain_->turn(a, turn[a]);
             down[a] = Vector{} + along.point;
             turns[a] = Vector{} + along.site;
         }
         for (std::size_t s = begin; s < end; s += width) {
             auto p = tree_->vectors(s);
-            for (int a = 0; a < D; ++a) p[a] -= down[a];
+            for (std::size_t a = 0; a < D; ++a) p[a] -= down[a];
             const Vector d2 = distance2(p, turns, box_);
             const std::uint64_t chosen = bits_less(d2, Vector{} + reach_ * reach_);
             points_.add(p, turns, chosen & first_lanes(end - s));

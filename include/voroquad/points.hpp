@@ -9,13 +9,13 @@
 
 namespace voroquad {
 
-template <int D>
+template <std::size_t D>
 using Point = std::array<double, D>;
 
-template <int D>
+template <std::size_t D>
 double dot(const Point<D> &a, const Point<D> &b) {
     double sum = 0.0;
-    for (int i = 0; i < D; ++i) sum += a[i] * b[i];
+    for (std::size_t i = 0; i < D; ++i) sum += a[i] * b[i];
     return sum;
 }
 
@@ -23,15 +23,15 @@ inline Point<3> cross(const Point<3> &a, const Point<3> &b) {
     return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
 
-template <int D>
+template <std::size_t D>
 Point<D> difference(const Point<D> &a, const Point<D> &b) {
     Point<D> c;
-    for (int i = 0; i < D; ++i) c[i] = a[i] - b[i];
+    for (std::size_t i = 0; i < D; ++i) c[i] = a[i] - b[i];
     return c;
 }
 
 // The points no farther from the origin than from q: all v with normal·v ≤ offset.
-template <int D>
+template <std::size_t D>
 struct HalfSpace {
     Point<D> normal;
     double offset;
@@ -50,7 +50,7 @@ struct HalfSpace {
 
 // The caller's n points, read where they lie: coordinate a of point i is
 // data[i * point_stride + a * axis_stride].
-template <int D>
+template <std::size_t D>
 class PointView {
 public:
     PointView(const double *data, std::size_t n, std::ptrdiff_t point_stride = D,
@@ -64,7 +64,8 @@ public:
     Point<D> operator[](std::size_t i) const {
         const double *first = at(i);
         Point<D> p;
-        for (int a = 0; a < D; ++a) p[a] = first[a * axis_stride_];
+        for (std::size_t a = 0; a < D; ++a)
+            p[a] = first[static_cast<std::ptrdiff_t>(a) * axis_stride_];
         return p;
     }
 
@@ -75,7 +76,7 @@ private:
 };
 
 // An axis-parallel box with its faces.
-template <int D>
+template <std::size_t D>
 struct Box {
     Point<D> lo, hi;
 
@@ -86,20 +87,20 @@ struct Box {
         return box;
     }
     void include(const Point<D> &p) {
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             lo[a] = std::min(lo[a], p[a]);
             hi[a] = std::max(hi[a], p[a]);
         }
     }
     void include(const Box &other) {
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             lo[a] = std::min(lo[a], other.lo[a]);
             hi[a] = std::max(hi[a], other.hi[a]);
         }
     }
     double longest() const {
         double side = 0.0;
-        for (int a = 0; a < D; ++a) side = std::max(side, hi[a] - lo[a]);
+        for (std::size_t a = 0; a < D; ++a) side = std::max(side, hi[a] - lo[a]);
         return side;
     }
 };

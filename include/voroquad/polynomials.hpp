@@ -15,43 +15,44 @@ namespace voroquad {
 
 // The values √(2k+1) P_k(t), k = 0 … degree, by Bonnet's recursion.
 template <class T>
-void legendre(const T &t, int degree, T *values) {
+void legendre(const T &t, std::size_t degree, T *values) {
     T before = T(0.0), current = T(1.0);
-    for (int k = 0; k <= degree; ++k) {
-        values[k] = current * T(std::sqrt(2.0 * k + 1.0));
-        const T next = (T(2.0 * k + 1.0) * t * current - T(double(k)) * before) * T(1.0 / (k + 1));
+    for (std::size_t n = 0; n <= degree; ++n) {
+        const double k = static_cast<double>(n);
+        values[n] = current * T(std::sqrt(2.0 * k + 1.0));
+        const T next = (T(2.0 * k + 1.0) * t * current - T(k) * before) * T(1.0 / (k + 1.0));
         before = current;
         current = next;
     }
 }
 
 // The means of √(2k+1) P_k over [a, b], from the antiderivative (P_{k+1} − P_{k−1}) / (2k+1).
-inline void legendre_means(double a, double b, int degree, double *means) {
+inline void legendre_means(double a, double b, std::size_t degree, double *means) {
     std::vector<double> at_a(degree + 2), at_b(degree + 2);
     legendre(a, degree + 1, at_a.data());
     legendre(b, degree + 1, at_b.data());
-    const auto unscaled = [](const std::vector<double> &v, int k) {
-        return v[k] / std::sqrt(2.0 * k + 1.0);
+    const auto unscaled = [](const std::vector<double> &v, std::size_t k) {
+        return v[k] / std::sqrt(2.0 * static_cast<double>(k) + 1.0);
     };
     means[0] = 1.0;
-    for (int k = 1; k <= degree; ++k)
+    for (std::size_t k = 1; k <= degree; ++k)
         means[k] = (unscaled(at_b, k + 1) - unscaled(at_b, k - 1) - unscaled(at_a, k + 1) +
                     unscaled(at_a, k - 1)) /
-                   (std::sqrt(2.0 * k + 1.0) * (b - a));
+                   (std::sqrt(2.0 * static_cast<double>(k) + 1.0) * (b - a));
 }
 
 // Products of d one-dimensional functions of total degree at most `order`, by rising degree.
 class TotalDegree {
 public:
-    TotalDegree(int d, int order) : d_(d), order_(order) {
+    TotalDegree(std::size_t d, std::size_t order) : order_(order) {
         terms_.push_back({0, 0, 0});
         size_.push_back(1);
-        std::vector<int> degree{0}, last_axis{0};
-        for (int total = 1; total <= order; ++total) {
+        std::vector<std::size_t> degree{0}, last_axis{0};
+        for (std::size_t total = 1; total <= order; ++total) {
             // Multiply each product of lower degree, in its first axes, by one more factor
             const std::size_t lower = terms_.size();
             for (std::size_t prefix = 0; prefix < lower; ++prefix)
-                for (int axis = prefix ? last_axis[prefix] + 1 : 0; axis < d; ++axis) {
+                for (std::size_t axis = prefix ? last_axis[prefix] + 1 : 0; axis < d; ++axis) {
                     terms_.push_back({prefix, axis, total - degree[prefix]});
                     degree.push_back(total);
                     last_axis.push_back(axis);
@@ -60,10 +61,8 @@ public:
         }
     }
 
-    int dimension() const { return d_; }
-    int order() const { return order_; }
     // How many products have total degree at most `order`.
-    std::size_t size(int order) const { return size_[order]; }
+    std::size_t size(std::size_t order) const { return size_[order]; }
     std::size_t size() const { return terms_.size(); }
 
     // Multiplies factors[axis * (order + 1) + degree], whose degree 0 is 1, and `first`; product c
@@ -79,11 +78,10 @@ public:
 
 private:
     struct Term {
-        std::size_t prefix; // the product without its last factor,
-        int axis, degree;   // and that factor
+        std::size_t prefix, axis, degree; // the product without its last factor, and that factor
     };
 
-    int d_, order_;
+    std::size_t order_;
     std::vector<Term> terms_;
     std::vector<std::size_t> size_;
 };

@@ -55,7 +55,8 @@ constexpr std::size_t padded(std::size_t n) { return (n + lanes - 1) / lanes * l
 
 // Vectors anywhere among numbers. A compiler sees that nothing but numbers is written there, and
 // keeps pointers and counters in registers; after a memcpy it would read them again.
-using Unaligned = Vector __attribute__((aligned(alignof(double))));
+using Unaligned [[gnu::aligned(alignof(double))]] = Vector;
+static_assert(alignof(Unaligned) == alignof(double));
 inline Vector load(const double *from) { return *reinterpret_cast<const Unaligned *>(from); }
 inline void store(double *to, Vector v) { *reinterpret_cast<Unaligned *>(to) = v; }
 
@@ -64,10 +65,10 @@ inline double larger(double a, double b) { return a > b ? a : b; }
 inline Vector larger(Vector a, Vector b) { return a > b ? a : b; }
 
 // Sums of squares
-template <int D>
+template <std::size_t D>
 Vector squared(const std::array<Vector, D> &q) {
     Vector sum{};
-    for (int a = 0; a < D; ++a) sum += q[a] * q[a];
+    for (std::size_t a = 0; a < D; ++a) sum += q[a] * q[a];
     return sum;
 }
 

@@ -29,7 +29,7 @@
 
 namespace voroquad {
 
-template <int D>
+template <std::size_t D>
 class PointTree {
 public:
     static constexpr std::size_t leaf_size = 8; // sites
@@ -64,13 +64,13 @@ public:
     std::size_t sites() const { return sites_; }
     Point<D> site(std::size_t s) const {
         Point<D> p;
-        for (int a = 0; a < D; ++a) p[a] = coordinates_[a][s];
+        for (std::size_t a = 0; a < D; ++a) p[a] = coordinates_[a][s];
         return p;
     }
     // A vector of sites from s; it may reach beyond the last
     std::array<Vector, D> vectors(std::size_t s) const {
         std::array<Vector, D> p;
-        for (int a = 0; a < D; ++a) p[a] = load(&coordinates_[a][s]);
+        for (std::size_t a = 0; a < D; ++a) p[a] = load(&coordinates_[a][s]);
         return p;
     }
     // Positions in the caller's array of the points that lie at a site
@@ -109,7 +109,7 @@ public:
         }
         const auto count = static_cast<double>(leaf_begin(last) - leaf_begin(first));
         Point<D> side;
-        for (int a = 0; a < D; ++a) side[a] = box.hi[a] - box.lo[a];
+        for (std::size_t a = 0; a < D; ++a) side[a] = box.hi[a] - box.lo[a];
         std::sort(side.begin(), side.end(), std::greater<>());
         double spacing = side[0] / count;
         if constexpr (D > 1) spacing = std::max(spacing, std::sqrt(side[0] * side[1] / count));
@@ -188,18 +188,18 @@ private:
         Box<D> box(std::size_t i) const {
             const double *side = &sides_[place(i)];
             Box<D> b;
-            for (int a = 0; a < D; ++a) b.lo[a] = side[lo(a)], b.hi[a] = side[hi(a)];
+            for (std::size_t a = 0; a < D; ++a) b.lo[a] = side[lo(a)], b.hi[a] = side[hi(a)];
             return b;
         }
         void set(std::size_t i, const Box<D> &b) {
             double *side = &sides_[place(i)];
-            for (int a = 0; a < D; ++a) side[lo(a)] = b.lo[a], side[hi(a)] = b.hi[a];
+            for (std::size_t a = 0; a < D; ++a) side[lo(a)] = b.lo[a], side[hi(a)] = b.hi[a];
         }
         // Squared distances from `query` to the boxes from `first`, as many as a vector holds
         Vector distances(std::size_t first, const Box<D> &query) const {
             const double *side = &sides_[place(first)];
             Vector distance2{};
-            for (int a = 0; a < D; ++a) {
+            for (std::size_t a = 0; a < D; ++a) {
                 const Vector above = load(side + lo(a)) - query.hi[a];
                 const Vector below = query.lo[a] - load(side + hi(a));
                 const Vector gap = larger(larger(above, below), Vector{});
@@ -209,8 +209,8 @@ private:
         }
 
     private:
-        static constexpr std::size_t lo(int axis) { return 2 * axis * fanout; }
-        static constexpr std::size_t hi(int axis) { return (2 * axis + 1) * fanout; }
+        static constexpr std::size_t lo(std::size_t axis) { return 2 * axis * fanout; }
+        static constexpr std::size_t hi(std::size_t axis) { return (2 * axis + 1) * fanout; }
         // Of the first number of a box
         static constexpr std::size_t place(std::size_t i) {
             return i / fanout * (2 * D * fanout) + i % fanout;
@@ -279,15 +279,16 @@ private:
     template <class Entries>
     Grid count(const Entries &from, std::size_t n, const Box<D> &box) {
         const std::size_t buckets_wanted = n <= block ? 2 * n : n / (block / 4);
-        const int bits = std::clamp(static_cast<int>(std::bit_width(buckets_wanted) - 1) / D, 1,
-                                    HilbertCurve<D>::max_bits);
+        const auto doublings = static_cast<std::size_t>(std::bit_width(buckets_wanted) - 1);
+        const std::size_t bits =
+            std::clamp<std::size_t>(doublings / D, 1, HilbertCurve<D>::max_bits);
         const auto &curve = HilbertCurve<D>::of(bits);
         const double longest = box.longest();
         const double unit = longest < 0x1p-900 ? 0x1p1000 : 1.0; // keeps the scale finite
         const double scale = static_cast<double>(1 << bits) / (longest * unit);
         const auto bucket_of = [&](const Point<D> &p) {
             std::size_t cell = 0;
-            for (int a = 0; a < D; ++a) {
+            for (std::size_t a = 0; a < D; ++a) {
                 const int c = static_cast<int>((p[a] - box.lo[a]) * unit * scale);
                 cell = cell << bits | static_cast<std::size_t>(std::min(c, (1 << bits) - 1));
             }
@@ -351,7 +352,7 @@ private:
 
     // Where the sites end, entries are placed in any order, all before they become sites.
     void place(const Entry &entry, std::size_t i) {
-        for (int a = 0; a < D; ++a) coordinates_[a][sites_ + i] = entry.point[a];
+        for (std::size_t a = 0; a < D; ++a) coordinates_[a][sites_ + i] = entry.point[a];
         order_[placed_ + i] = entry.index;
     }
     Entry placed(std::size_t i) const { return {site(sites_ + i), order_[placed_ + i]}; }
@@ -363,7 +364,7 @@ private:
             for (std::size_t i = 0; i < n - lag; i += width) {
                 std::uint64_t bits = first_lanes(n - lag - i);
                 const auto p = vectors(sites_ + i), q = vectors(sites_ + i + lag);
-                for (int a = 0; a < D; ++a) bits &= bits_of(p[a] == q[a]);
+                for (std::size_t a = 0; a < D; ++a) bits &= bits_of(p[a] == q[a]);
                 same |= bits;
             }
         return same == 0;

@@ -32,7 +32,7 @@ Array<double> bias_stratified(Points x, const std::vector<std::size_t> &strata,
     {
         nb::gil_scoped_release release;
         const Resolution nodes{resolution[0], resolution[1]};
-        const auto run = [&]<int D>(std::array<std::size_t, D> k) {
+        const auto run = [&]<std::size_t D>(std::array<std::size_t, D> k) {
             std::copy_n(strata.begin(), D, k.begin());
             bias_function<D>(StratifiedDesign<D>(k), x.data(), out.size(), out.data(), threads,
                              nodes);

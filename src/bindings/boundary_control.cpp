@@ -14,12 +14,12 @@ using Classes = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::c_contig, nb::d
 using Grid = nb::ndarray<const double, nb::c_contig, nb::device::cpu>;
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
-template <int D>
+template <std::size_t D>
 BiasLattice<D> lattice_of(const std::vector<Vector> &position, const std::vector<Vector> &weight,
                           const std::vector<Classes> &node_class, const Grid &excess,
                           const std::vector<std::size_t> &strata) {
     BiasLattice<D> lattice;
-    for (int a = 0; a < D; ++a) {
+    for (std::size_t a = 0; a < D; ++a) {
         const std::size_t nodes = position[a].size();
         lattice.position[a].assign(position[a].data(), position[a].data() + nodes);
         lattice.weight[a].assign(weight[a].data(), weight[a].data() + nodes);
@@ -37,7 +37,7 @@ Array<double> boundary_control(Sets points, Matrix measures, Matrix excess_at_sa
                                std::vector<std::size_t> strata, unsigned threads) {
     const std::size_t sets = points.shape(0), n = points.shape(1);
     std::vector<double> out(measures.data(), measures.data() + sets * n);
-    const auto run = [&]<int D>(BiasLattice<D> lattice) {
+    const auto run = [&]<std::size_t D>(BiasLattice<D> lattice) {
         nb::gil_scoped_release release;
         boundary_control_of_sets<D>(points.data(), excess_at_samples.data(), sets, n, lattice,
                                     out.data(), threads);

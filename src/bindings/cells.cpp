@@ -19,10 +19,10 @@ namespace {
 using Sides = nb::ndarray<const double, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
 using Axes = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 
-template <int D>
+template <std::size_t D>
 Bounds<D> bounds_of(const Sides &sides, const Axes &periodic) {
     Bounds<D> bounds = Domain::box;
-    for (int a = 0; a < D; ++a) {
+    for (std::size_t a = 0; a < D; ++a) {
         bounds.box.lo[a] = sides.data()[2 * a];
         bounds.box.hi[a] = sides.data()[2 * a + 1];
         bounds.periodic[a] = periodic.data()[a];
@@ -30,7 +30,7 @@ Bounds<D> bounds_of(const Sides &sides, const Axes &periodic) {
     return bounds;
 }
 
-template <int D>
+template <std::size_t D>
 void fill_measures(const StridedSets &points, const Sides &sides, const Axes &periodic, double *out,
                    unsigned threads) {
     const Bounds<D> domain = bounds_of<D>(sides, periodic);
@@ -51,12 +51,12 @@ Array<double> measures(StridedSets points, Sides sides, Axes periodic, unsigned 
     return own(std::move(out), {sets, n});
 }
 
-template <int D>
+template <std::size_t D>
 PointView<D> one_set(const StridedSets &points) {
     return {points.data(), points.shape(1), points.stride(1), points.stride(2)};
 }
 
-template <int D>
+template <std::size_t D>
 Array<double> flat(const std::vector<Point<D>> &points) {
     std::vector<double> out(D * points.size());
     for (std::size_t i = 0; i < points.size(); ++i)
@@ -89,7 +89,7 @@ Array<double> measures_in_cylinder(StridedSets points, Sides sides, Axes periodi
     return own(std::move(out), {n});
 }
 
-template <int D>
+template <std::size_t D>
 Array<double> centroids_of(const StridedSets &points, const Sides &sides, const Axes &periodic,
                            unsigned threads) {
     const Bounds<D> domain = bounds_of<D>(sides, periodic);
@@ -116,7 +116,7 @@ Array<double> intervals(Sets points, Sides sides, Axes periodic) {
         nb::gil_scoped_release release;
         cell_lengths({points.data(), n}, domain, lengths.data(), ranked, ends.data());
     }
-    for (std::size_t i = 0; i < n; ++i) std::copy_n(ends[i].begin(), 2, out.begin() + 2 * i);
+    for (std::size_t i = 0; i < n; ++i) std::copy_n(ends[i].begin(), 2, &out[2 * i]);
     return own(std::move(out), {n, 2});
 }
 

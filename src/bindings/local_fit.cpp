@@ -13,7 +13,7 @@ namespace {
 
 std::tuple<Array<double>, Array<double>, std::size_t>
 leave_one_out_strata(Sets points, const std::vector<std::size_t> &strata,
-                     const std::vector<std::size_t> &width, std::size_t period, int order,
+                     const std::vector<std::size_t> &width, std::size_t period, std::size_t order,
                      Sets values, unsigned threads) {
     const std::size_t sets = points.shape(0), n = points.shape(1), fields = values.shape(1);
     LeaveOneOut out = [&] {
@@ -30,7 +30,7 @@ using Numbers = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device:
 using Indices = nb::ndarray<const std::int64_t, nb::c_contig, nb::device::cpu>;
 
 Array<double> cross_fit_controls(Rows samples, Rows centres, Numbers half_width, Numbers radius,
-                                 Indices neighbours, int order, Rows test, Indices starts,
+                                 Indices neighbours, std::size_t order, Rows test, Indices starts,
                                  unsigned threads) {
     const NearestSamples nearest{centres.shape(0), neighbours.shape(1), centres.shape(1),
                                  centres.data(),   half_width.data(),   radius.data(),

@@ -28,7 +28,7 @@ void require(bool holds, const char *what, int d, std::size_t n, double value) {
     std::abort();
 }
 
-template <int D>
+template <std::size_t D>
 void check_shares(const std::vector<double> &measures, double whole) {
     double sum = 0.0;
     for (const double m : measures) {
@@ -38,7 +38,7 @@ void check_shares(const std::vector<double> &measures, double whole) {
     require(std::abs(sum - whole) <= 1e-12, "sum - whole", D, measures.size(), sum - whole);
 }
 
-template <int D>
+template <std::size_t D>
 void check_measures(const voroquad::PointView<D> &points, voroquad::Domain domain) {
     std::vector<double> measures(points.size());
     voroquad::CellWorkspace<D> work;
@@ -46,7 +46,7 @@ void check_measures(const voroquad::PointView<D> &points, voroquad::Domain domai
     check_shares<D>(measures, 1.0);
 }
 
-template <int D>
+template <std::size_t D>
 void check_shapes(const voroquad::PointView<D> &points, voroquad::Domain domain) {
     const std::size_t n = points.size();
     std::vector<double> measures(n);
@@ -60,7 +60,7 @@ void check_shapes(const voroquad::PointView<D> &points, voroquad::Domain domain)
     if (domain == voroquad::Domain::box) {
         voroquad::CellWorkspace<D> work;
         voroquad::cell_measures<D>(points, domain, measures.data(), work);
-        for (int a = 0; a < D; ++a) {
+        for (std::size_t a = 0; a < D; ++a) {
             double moment = 0.0;
             for (std::size_t i = 0; i < n; ++i) moment += measures[i] * centroids[i][a];
             require(std::abs(moment - 0.5) <= 1e-12, "moment - 1/2", D, n, moment - 0.5);
@@ -73,7 +73,7 @@ void check_shapes(const voroquad::PointView<D> &points, voroquad::Domain domain)
     require(cells == n + 1, "cells with a shape", D, n, static_cast<double>(cells));
 }
 
-template <int D>
+template <std::size_t D>
 void check(const std::vector<double> &coordinates, voroquad::Domain domain, bool shapes) {
     const voroquad::PointView<D> points(coordinates.data(), coordinates.size() / D);
     if (points.size() == 0) return;

@@ -10,7 +10,7 @@
 
 namespace {
 
-template <int D>
+template <std::size_t D>
 std::vector<double> run(const std::vector<double> &coordinates, unsigned threads) {
     const std::size_t n = coordinates.size() / D;
     const voroquad::PointView<D> points(coordinates.data(), n);
@@ -20,7 +20,8 @@ std::vector<double> run(const std::vector<double> &coordinates, unsigned threads
     const auto set = [&](std::size_t s) {
         return voroquad::PointView<D>(coordinates.data() + s * 50 * D, 50);
     };
-    voroquad::cell_measures_of_sets<D>(set, n / 50, 50, voroquad::Domain::box, &results[n], threads);
+    voroquad::cell_measures_of_sets<D>(set, n / 50, 50, voroquad::Domain::box, &results[n],
+                                       threads);
     if constexpr (D > 1) {
         voroquad::cell_measures_in_ball<D>(points, &results[2 * n], threads);
         std::vector<voroquad::Point<D>> centroids(n);
@@ -30,7 +31,7 @@ std::vector<double> run(const std::vector<double> &coordinates, unsigned threads
     return results;
 }
 
-template <int D>
+template <std::size_t D>
 void check() {
     std::mt19937_64 generator(D);
     std::uniform_real_distribution<double> uniform;
