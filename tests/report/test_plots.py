@@ -7,7 +7,7 @@ import csv
 import numpy as np
 import pytest
 
-from voroquad.report.plots import fit_power_law, make_plots
+from voroquad.report.plots import fit_from, make_plots
 from voroquad.results.manifest import Figure, Line, Plot
 from voroquad.study.convergence import METHODS_1D, Measurement, fit_slope
 
@@ -93,9 +93,9 @@ def test_slopes_are_those_of_the_study(tmp_path):
 
 
 def test_one_point_has_no_slope():
-    assert fit_power_law(np.array([8.0]), np.array([1.0]), 0) is None
-    assert fit_power_law(np.array([]), np.array([]), 0) is None
-    assert fit_power_law(np.array([8.0, 16.0]), np.array([1.0, 0.5]), 0).slope == pytest.approx(-1)
+    assert fit_from(np.array([8.0]), np.array([1.0]), 0) is None
+    assert fit_from(np.array([]), np.array([]), 0) is None
+    assert fit_from(np.array([8.0, 16.0]), np.array([1.0, 0.5]), 0).slope == pytest.approx(-1)
 
 
 @pytest.mark.parametrize("plot", [{"y": "none"}, {"y": "method"}, {"y": "mse", "error": "none"}])

@@ -330,7 +330,7 @@ def _sections(folder: Path, reference: Reference, measured: list[Measurement], j
         "Two renderings under a divider, and what they miss of the reference. Below, all methods at equal samples per "
         "pixel in the window marked in the image, which is where uniform samples err most, or in the view once "
         "zoomed; each with its error on the one scale of the colour bar.",
-        [[w[1].start, w[0].start, w[1].stop - w[1].start, w[0].stop - w[0].start] for w in windows],
+        [(w[1].start, w[0].start, w[1].stop - w[1].start, w[0].stop - w[0].start) for w in windows],
     )
     blended = [m for m in measured if m.share is not None]
     mse = "mean squared error"

@@ -46,6 +46,9 @@ def make_viewer(comparison: ImageComparison, locate: Callable[[str], Path], anch
     height, width = reference.shape[:2]
     if comparison.baseline not in errors.methods:
         raise ValueError(f"{csv} has no line for {comparison.baseline!r}; make the folder again")
+    for left, top, across, down in comparison.closeups:
+        if not (0 <= left < left + across <= width and 0 <= top < top + down <= height):
+            raise ValueError(f"closeups: {[left, top, across, down]} is not inside {width}x{height} pixels")
     packed = {f"{anchor}-{REFERENCE}": pack(reference)}
     keys, renderings = {}, []
     for number, rendering in enumerate(comparison.renderings):
@@ -84,10 +87,12 @@ def _described(rendering: Rendering, key: str, errors: Errors, path: Path) -> di
     if cell is None:
         raise ValueError(f"{path} has no line for {rendering.method!r} at {rendering.spp} spp; make the folder again")
     name = f"{rendering.method}, {rendering.spp} spp"
-    return {"key": key, "method": rendering.method, "spp": rendering.spp, "name": name, "mse": cell.mse}
+    mse = cell.mse if math.isfinite(cell.mse) else None  # JSON has no other numbers
+    return {"key": key, "method": rendering.method, "spp": rendering.spp, "name": name, "mse": mse}
 
 
 def _scale(errors: Errors, baseline: str) -> float:
     """Some rms errors of the baseline at its middle spp; of any size where it has none."""
     line = [cell for cell in errors.cells.values() if cell.method == baseline]
-    return SCALE_IN_RMS * math.sqrt(line[len(line) // 2].mse) or 1.0
+    mse = line[len(line) // 2].mse
+    return SCALE_IN_RMS * math.sqrt(mse) if 0 < mse < math.inf else 1.0

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
-import csv
+import math
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from ..results.equal_error import Samples, equal_error_ratio
+from ..results.power_law import fit_power_law
+from .csv_files import read_csv
 from .numbers import ratio
+
+#: A number of samples per pixel beyond this is a mistake, not a rendering
+_MOST_SPP = 10**12
 
 
 @dataclass(frozen=True)
@@ -41,27 +44,30 @@ class Errors:
     cells: dict[tuple[str, int], Cell]
 
     def lowest(self, spp: int) -> float:
-        """The smallest MSE at an spp."""
-        return min(cell.mse for cell in self.cells.values() if cell.spp == spp)
+        """The smallest MSE at an spp; NaN where none is a number."""
+        return min((cell.mse for cell in self.cells.values() if cell.spp == spp and cell.mse >= 0), default=math.nan)
 
     def slope(self, method: str) -> float | None:
-        """Least-squares slope of log MSE against log spp; None for fewer than two spp."""
-        line = [cell for cell in self.cells.values() if cell.method == method and cell.mse > 0]
-        if len(line) < 2:
-            return None
-        return float(np.polyfit(np.log([c.spp for c in line]), np.log([c.mse for c in line]), 1)[0])
+        """Least-squares slope of log MSE against log spp; None for fewer than two spp with an error."""
+        line = [(cell.spp, cell.mse) for cell in self.cells.values() if cell.method == method]
+        law = fit_power_law(*zip(*line, strict=True))
+        return None if law is None else law.slope
 
 
 def read_errors(path: Path) -> Errors:
-    """Read a CSV file with the columns method, spp, mse, flip and seconds; ValueError if it is none such."""
+    """Read a CSV file with the columns method, spp, mse, flip and seconds; ValueError if it is none such.
+
+    An error is NaN where a pixel is, and never negative.
+    """
+    records = read_csv(path).records
     try:
-        with path.open(newline="", encoding="utf-8") as file:
-            rows = [
-                (r["method"], int(r["spp"]), float(r["mse"]), float(r["flip"]), float(r["seconds"]))
-                for r in csv.DictReader(file)
-            ]
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path} is damaged ({error}); make it again") from None
+        rows = [(r["method"], int(r["spp"]), float(r["mse"]), float(r["flip"]), float(r["seconds"])) for r in records]
+        for method, spp, mse, _, _ in rows:
+            if not 1 <= spp <= _MOST_SPP or mse < 0:
+                raise ValueError(f"{method!r} has spp = {spp} and mse = {mse}")
+    except (KeyError, ValueError) as error:
+        reason = f"no column {error}" if isinstance(error, KeyError) else str(error)[:200]
+        raise ValueError(f"{path} is damaged ({reason}); make it again") from None
     curves: dict[str, list[tuple[float, float]]] = {}
     for method, spp, mse, _, _ in sorted(rows, key=lambda row: row[1]):
         curves.setdefault(method, []).append((spp, mse))

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import base64
-import csv
-import io
 import json
 import math
 import mimetypes
 import os
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from pathlib import Path
 
 from .._support.files import atomic_path
 from .._support.numbers import scientific
 from .._support.version import __version__
-from ..results.manifest import Figure, ImageComparison, Results, Section, Table
+from ..results.manifest import NAME, Figure, ImageComparison, Results, Table
 from .comparison import Viewer, make_viewer
+from .csv_files import read_csv
 from .embed import library
 from .numbers import is_number, ratio, shortened, signed, subscripts
 from .plots import Plots, make_plots
@@ -61,6 +60,29 @@ def write_report(
     if not folders:
         raise ValueError("folders: name at least one folder that 'voroquad study' or 'compare' made")
     parts = [_part(Path(folder), number) for number, folder in enumerate(folders, 1)]
+    sections = [section for part in parts for section in part.results.sections]
+    comparisons = any(section.comparisons for section in sections)
+    plots = comparisons or any(figure.plots for section in sections for figure in section.figures)
+    page = (
+        _environment()
+        .get_template("page.html")
+        .render(
+            title=title or _title(parts),
+            parts=parts,
+            comparisons=comparisons,
+            library=library() if plots else "",
+            version=__version__,
+        )
+    )
+    output = Path(output) if output is not None else Path(folders[0], PAGE) if len(folders) == 1 else Path(PAGE)
+    with atomic_path(output) as temporary:
+        temporary.write_text(page, encoding="utf-8")
+    return output
+
+
+@cache
+def _environment() -> Environment:
+    """The templates of the page."""
     environment = Environment(
         loader=PackageLoader("voroquad.report", "templates"),
         autoescape=True,
@@ -76,20 +98,7 @@ def write_report(
         "ratio": ratio,
         "subscripts": subscripts,
     }
-    sections = [section for part in parts for section in part.results.sections]
-    comparisons = any(section.comparisons for section in sections)
-    plots = comparisons or any(figure.plots for section in sections for figure in section.figures)
-    page = environment.get_template("page.html").render(
-        title=title or _title(parts),
-        parts=parts,
-        comparisons=comparisons,
-        library=library() if plots else "",
-        version=__version__,
-    )
-    output = Path(output) if output is not None else Path(folders[0], PAGE) if len(folders) == 1 else Path(PAGE)
-    with atomic_path(output) as temporary:
-        temporary.write_text(page, encoding="utf-8")
-    return output
+    return environment
 
 
 # ---------------------------------------------------------------------- what the template shows
@@ -157,19 +166,15 @@ class Part:
         """A comparison of renderings."""
         return make_viewer(comparison, self._path, anchor)
 
-    def section_anchor(self, section: Section) -> str:
-        """The section's id in the page."""
-        return f"{self.anchor}-{self.results.sections.index(section) + 1}"
-
     def _grid(self, name: str, caption: str) -> Grid:
-        source = self._path(name).read_bytes()
-        header, *rows = list(csv.reader(io.StringIO(source.decode("utf-8"), newline=""))) or [[]]
-        if any(len(row) != len(header) for row in rows):
-            raise ValueError(f"{self._path(name)} has rows longer or shorter than its first line; make it again")
-        return Grid(name, caption, header, rows, source)
+        file = read_csv(self._path(name))
+        return Grid(Path(name).name, caption, file.header, file.rows, file.source)
 
     def _path(self, name: str) -> Path:
+        """The path of a file that the results name; it must lie inside the folder, links followed."""
         path = self.folder / name
+        if "\0" in name or not path.resolve().is_relative_to(self.folder.resolve()):
+            raise ValueError(f"{self.folder / NAME} names {name[:200]!r}, which is not inside the folder")
         if not path.is_file():
             raise ValueError(f"{path} is missing; make the folder again: {self.results.command}")
         return path
@@ -191,6 +196,6 @@ def _json_value(text: str) -> float | str | None:
     """A number if it is one that JSON has; null where nothing is known."""
     if not text:
         return None
-    if not is_number(text) or not math.isfinite(float(text)):
+    if not is_number(text) or not math.isfinite(number := float(text)):
         return text
-    return int(text) if text.lstrip("-").isdigit() else float(text)
+    return int(number) if text.lstrip("-").isdigit() and abs(number) < 2**53 else number

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import csv
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -13,6 +11,8 @@ from numpy.typing import NDArray
 
 from .._support.numbers import superscript
 from ..results.manifest import Figure, Line, Plot
+from ..results.power_law import fit_power_law
+from .csv_files import read_csv
 from .embed import embedded
 
 try:
@@ -44,17 +44,19 @@ HEIGHT = 380
 _DASHES: dict[str, str | list[int]] = {"solid": "solid", "dashed": [7, 4], "dotted": [2, 3]}
 _MARKERS = {"none": ("circle", 0), "circle": ("circle", 7), "open circle": ("circle", 9), "diamond": ("diamond", 10)}
 
+#: What is drawn lies between these: far beyond any measurement, and no arithmetic on it overflows
+_SMALLEST, _LARGEST = 1e-150, 1e150
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class PowerLaw:
-    """y ∝ x^slope, with its values where it was fitted."""
+class Fit:
+    """A power law through some points of a line."""
 
     slope: float
-    x: Array
-    y: Array
+    x: Array  # of those points
+    y: Array  # of the power law there
 
 
 @dataclass(frozen=True)
@@ -64,19 +66,17 @@ class Curve:
     x: Array
     y: Array
     error: Array  # standard errors of y, or zeros
-    fit: PowerLaw | None
+    fit: Fit | None
 
 
-def fit_power_law(x: Array, y: Array, start: float) -> PowerLaw | None:
-    """The least-squares line through log x and log y over x ≥ start, or over the last three points if fewer are.
+def fit_from(x: Array, y: Array, start: float) -> Fit | None:
+    """The power law through the points with x ≥ start, or through the last three points if those are fewer.
 
     None for less than two different x.
     """
     fitted = x >= start if (x >= start).sum() >= 3 else np.arange(len(x)) >= len(x) - 3
-    if not fitted.any() or np.ptp(x[fitted]) == 0:
-        return None
-    slope, intercept = np.polyfit(np.log(x[fitted]), np.log(y[fitted]), 1)
-    return PowerLaw(float(slope), x[fitted], np.exp(intercept) * x[fitted] ** slope)
+    law = fit_power_law(x[fitted], y[fitted])
+    return None if law is None else Fit(law.slope, x[fitted], law(x[fitted]))
 
 
 @dataclass(frozen=True)
@@ -103,13 +103,16 @@ class Plots:
 
 def make_plots(spec: Figure, path: Path) -> Plots:
     """The plots of a figure from its numbers; ValueError if those lack a column or hold other things."""
+    records = read_csv(path).records
+    if not records:
+        raise ValueError(f"{path} holds no rows to plot; make it again")
     try:
-        with path.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
-        names = list(dict.fromkeys(row[spec.series] for row in rows))
-        curves = [{name: _curve(rows, plot, spec.series, name) for name in names} for plot in spec.plots]
-    except (KeyError, TypeError, ValueError) as error:
-        raise ValueError(f"{path} does not hold what the figure plots ({error}); make it again") from None
+        names = list(dict.fromkeys(row[spec.series] for row in records))
+        curves = [{name: _curve(records, plot, spec.series, name) for name in names} for plot in spec.plots]
+    except KeyError as error:
+        raise ValueError(f"{path} does not hold what the figure plots (no column {error}); make it again") from None
+    except ValueError as error:
+        raise ValueError(f"{path} does not hold what the figure plots ({str(error)[:200]}); make it again") from None
     lines = [spec.lines.get(name) or Line(Colorblind8[k % 8], marker="circle") for k, name in enumerate(names)]
     fitted = [k for k, plot in enumerate(spec.plots) if plot.slope_from is not None]
     series = [
@@ -127,9 +130,10 @@ def _curve(rows: list[dict[str, str]], plot: Plot, series: str, name: str) -> Cu
         for row in rows
         if row[series] == name and row[plot.y] and all(row[column] == value for column, value in plot.where.items())
     ]
-    shown = sorted((x, y, e) for x, y, e in points if 0 < x < math.inf and 0 < y < math.inf)
+    shown = sorted((x, y, e) for x, y, e in points if all(_SMALLEST < value < _LARGEST for value in (x, y)))
     x, y, error = np.array(shown).reshape(-1, 3).T
-    return Curve(x, y, error, None if plot.slope_from is None else fit_power_law(x, y, plot.slope_from))
+    error = np.where(error < _LARGEST, error, 0)  # one that is not known has no bar
+    return Curve(x, y, error, None if plot.slope_from is None else fit_from(x, y, plot.slope_from))
 
 
 def _log_log(plot: Plot, curves: dict[str, Curve], lines: list[Line]) -> figure:
@@ -148,7 +152,7 @@ def _log_log(plot: Plot, curves: dict[str, Curve], lines: list[Line]) -> figure:
     if len(ticks := np.unique(x)) <= MOST_TICKS:
         drawn.xaxis.ticker = FixedTicker(ticks=ticks.tolist())
         drawn.xaxis.major_label_overrides = {tick: f"{tick:g}" for tick in ticks}
-    if len(y) and np.log10(y.max() / y.min()) < FEW_DECADES:
+    if len(y) and np.ptp(np.log10(y)) < FEW_DECADES:
         drawn.yaxis.ticker, drawn.yaxis.major_label_overrides = _one_two_five(y)
     dots = [
         _draw(drawn, k, name, curve, line)

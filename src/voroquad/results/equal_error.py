@@ -8,6 +8,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .power_law import fit_power_law
+
 
 @dataclass(frozen=True)
 class Samples:
@@ -49,15 +51,18 @@ def samples_for_error(n: Sequence[float], mse: Sequence[float], target: float) -
     >>> samples_for_error([16, 64], [1 / 16, 1 / 64], 1 / 1024)
     Samples(n=1024.0, extrapolated=True)
     """
+    law = fit_power_law(n, mse)
+    slope = 0.0 if law is None else law.slope
     x, y, level = np.log2(n), np.log2(mse), math.log2(target)
-    slope = np.polyfit(x, y, 1)[0] if len(x) > 1 else 0.0
     best = np.minimum.accumulate(y)
     first = np.append(True, best[1:] < best[:-1])  # where the best was first seen
     x, y = x[first], y[first]
     if y[-1] <= level <= y[0]:
-        return Samples(_power(np.interp(-level, -y, x)), extrapolated=False)
+        return Samples(_power(float(np.interp(-level, -y, x))), extrapolated=False)
     end = 0 if level > y[0] else -1
-    return Samples(_power(x[end] + (level - y[end]) / slope) if slope < 0 else math.nan, extrapolated=True)
+    return Samples(
+        _power(float(x[end]) + (level - float(y[end])) / slope) if slope < 0 else math.nan, extrapolated=True
+    )
 
 
 def equal_error_ratio(baseline: Sequence[tuple[float, float]], n: float, mse: float) -> Samples:
@@ -66,7 +71,7 @@ def equal_error_ratio(baseline: Sequence[tuple[float, float]], n: float, mse: fl
     Parameters
     ----------
     baseline : sequence of (n, mse)
-        Its measurements by increasing n; those without error are left out.
+        Its measurements by increasing n; those whose error is zero or not finite are left out.
     n : float
         Samples.
     mse : float
@@ -83,8 +88,8 @@ def equal_error_ratio(baseline: Sequence[tuple[float, float]], n: float, mse: fl
     >>> equal_error_ratio([(16, 1 / 16), (64, 1 / 64)], 16, 1 / 32)
     Samples(n=2.0, extrapolated=False)
     """
-    measured = [(samples, error) for samples, error in baseline if error > 0]
-    if mse <= 0 or not measured:
+    measured = [(samples, error) for samples, error in baseline if 0 < error < math.inf]
+    if not (0 < mse < math.inf and measured):
         return Samples(math.nan, extrapolated=True)
     found = samples_for_error([samples for samples, _ in measured], [error for _, error in measured], mse)
     return Samples(found.n / n, found.extrapolated)
@@ -92,4 +97,4 @@ def equal_error_ratio(baseline: Sequence[tuple[float, float]], n: float, mse: fl
 
 def _power(exponent: float) -> float:
     """2^exponent, to the digits that rounding leaves."""
-    return float(f"{2.0**exponent:.12g}")
+    return float(f"{2.0**exponent:.12g}") if exponent < 1000 else math.inf

@@ -1,18 +1,23 @@
 """What a run leaves in its folder: figures, tables and images, listed in ``results.json``.
 
-Studies and comparisons write it, the report reads it; file names are relative to the folder. Fields with a default
-may be missing in a file: those added later, so that older folders still open.
+Studies and comparisons write it, the report reads it. File names are relative to the folder and lie inside it.
+Fields with a default may be missing in a file: those added later, so that older folders still open. What is read is
+checked against the types of the fields and by the classes themselves.
 """
 
 from __future__ import annotations
 
 import json
 import os
+import re
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any
+
+from .._support.checks import one_of, positive_int
 
 NAME = "results.json"
+DASHES = ("solid", "dashed", "dotted")
+MARKERS = ("none", "circle", "open circle", "diamond")
 
 
 @dataclass
@@ -20,8 +25,14 @@ class Line:
     """How a series looks in a plot."""
 
     color: str  # "#rrggbb"
-    dash: str = "solid"  # solid, dashed or dotted
-    marker: str = "none"  # none, circle, open circle or diamond
+    dash: str = "solid"  # one of DASHES
+    marker: str = "none"  # one of MARKERS
+
+    def __post_init__(self) -> None:
+        if not re.fullmatch("#[0-9a-fA-F]{6}", self.color):
+            raise ValueError(f"color must be written #rrggbb, got {self.color[:20]!r}")
+        one_of("dash", self.dash, DASHES)
+        one_of("marker", self.marker, MARKERS)
 
 
 @dataclass
@@ -72,6 +83,10 @@ class ImageGrid:
     pngs: list[list[str | None]]
     caption: str
 
+    def __post_init__(self) -> None:
+        if [len(row) for row in self.pngs] != [len(self.columns)] * len(self.rows):
+            raise ValueError(f"pngs must have {len(self.rows)} rows of {len(self.columns)} names each")
+
 
 @dataclass
 class Rendering:
@@ -80,6 +95,9 @@ class Rendering:
     method: str
     spp: int
     exr: str
+
+    def __post_init__(self) -> None:
+        positive_int("spp", self.spp)
 
 
 @dataclass
@@ -95,7 +113,7 @@ class ImageComparison:
     csv: str
     baseline: str
     caption: str
-    closeups: list[list[int]] = field(default_factory=list)
+    closeups: list[tuple[int, int, int, int]] = field(default_factory=list)
 
 
 @dataclass
@@ -130,28 +148,13 @@ class Results:
         if not path.is_file():
             raise ValueError(f"{os.fspath(folder)!r} holds no {NAME}; run 'voroquad study' or 'compare'")
         try:
-            raw: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-            return cls(raw["title"], raw["command"], [_section(section) for section in raw["sections"]])
-        except (KeyError, TypeError, AttributeError, ValueError) as error:
-            raise ValueError(f"{path} is damaged ({error}); make it again") from None
-
-
-def _section(raw: dict[str, Any]) -> Section:
-    return Section(
-        title=raw["title"],
-        text=raw["text"],
-        figures=[_figure(figure) for figure in raw["figures"]],
-        tables=[Table(**table) for table in raw["tables"]],
-        grids=[ImageGrid(**grid) for grid in raw["grids"]],
-        comparisons=[_comparison(comparison) for comparison in raw.get("comparisons", [])],
-    )
-
-
-def _figure(raw: dict[str, Any]) -> Figure:
-    plots = [Plot(**plot) for plot in raw.get("plots", [])]
-    lines = {name: Line(**line) for name, line in raw.get("lines", {}).items()}
-    return Figure(**raw | {"plots": plots, "lines": lines})
-
-
-def _comparison(raw: dict[str, Any]) -> ImageComparison:
-    return ImageComparison(**raw | {"renderings": [Rendering(**rendering) for rendering in raw["renderings"]]})
+            from pydantic import TypeAdapter, ValidationError
+        except ImportError as error:
+            raise ImportError("reading results needs pydantic: pip install 'voroquad[study]'") from error
+        try:
+            return TypeAdapter(cls).validate_json(path.read_bytes())
+        except ValidationError as error:
+            first = error.errors(include_url=False, include_context=False, include_input=False)[0]
+            place = "".join(f"[{key}]" if isinstance(key, int) else f".{key}" for key in first["loc"]).lstrip(".")
+            reason = f"{place[:100]}: {first['msg'][:200]}" if place else first["msg"]
+            raise ValueError(f"{path} is damaged ({reason}); make it again") from None

@@ -33,6 +33,7 @@ function rgba(hex) {
 
 // As voroquad._support.numbers.scientific: 1.23·10⁻⁵.
 function scientific(value) {
+  if (!Number.isFinite(value)) return "nan"; // JSON has null in its place
   const [mantissa, exponent] = value.toExponential(2).split("e");
   return `${mantissa}·10${String(Number(exponent)).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)])}`;
 }
@@ -177,7 +178,7 @@ class Comparison {
   get verdict() {
     const told = ({ name, mse }) => (mse === undefined ? "the reference" : `${name} (MSE ${scientific(mse)})`);
     const [left, right] = [this.left, this.right];
-    if (left.mse === undefined || right.mse === undefined || left.mse === right.mse) return `${told(left)} and ${told(right)}`;
+    if (!Number.isFinite(left.mse) || !Number.isFinite(right.mse) || left.mse === right.mse) return `${told(left)} and ${told(right)}`;
     const [better, worse] = left.mse < right.mse ? [left, right] : [right, left];
     return `${told(better)} has ${(worse.mse / better.mse).toPrecision(3)} times less squared error than ${told(worse)}`;
   }
