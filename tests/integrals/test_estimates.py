@@ -10,6 +10,7 @@ from voroquad.designs.sampling import sample
 from voroquad.integrals.estimates import too_few_samples, weighted_sums
 from voroquad.rules.cross_fit import fit_replicates
 from voroquad.rules.strata_fits import default_order, fit_strata
+from voroquad.study.genz import instances
 
 
 def kinds(result):
@@ -72,6 +73,23 @@ def test_an_empty_box_is_known_to_hold_nothing(d, recwarn):
     assert (r.integral, r.standard_error, r.success) == (0, 0, True)
     assert r.n_evaluations <= 2048
     assert not recwarn.list
+
+
+@pytest.mark.statistical
+@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
+@pytest.mark.parametrize(("d", "n"), [(1, 16), (1, 128), (2, 64), (2, 256), (3, 125), (4, 128), (5, 256), (6, 256)])
+def test_smooth_integrands_that_are_covered_rarely_warn(d, n):
+    """At most 5 % of sets; 1 to 2 % do, over four families of Genz, one of them a peak and one a corner."""
+    smooth = ("oscillatory", "peak", "corner", "gaussian")
+    warned = covered = 0
+    for number, f in enumerate(f for f in instances(d, 12, rng=[3, d]) if f.name in smooth):
+        for seed in range(3):
+            r = vq.quad(f, [0] * d, [1] * d, n_points=n, rng=[seed, number])
+            low, high = r.confidence_interval()
+            covered += low <= f.integral <= high
+            warned += low <= f.integral <= high and not r.success
+    assert covered > 120
+    assert warned <= 0.05 * covered
 
 
 def test_the_samples_an_estimate_rests_on():

@@ -29,6 +29,9 @@ EPSILON = float(np.finfo(np.float64).eps)
 #: Samples that an estimate must rest on, or this part of all of them where those are few. Below it says nothing.
 FEWEST_SAMPLES, FEWEST_PART = 10, 0.25
 
+#: A residual that came as a surprise, over the largest value; with fewer strata than these one often makes up the error.
+SURPRISE, FEWEST_STRATA = 0.1, 16
+
 
 @dataclass(frozen=True)
 class Estimate:
@@ -237,15 +240,15 @@ def _surprising_stratum(integrand: Integrand, u: Array, values: Array, residuals
     """A warning where one stratum makes up the error of a component and its value came as a surprise.
 
     Values and residuals are (fields, n), in units of which a field's largest value has ½ to 1. A residual that is
-    small beside its value, or below a thousandth, is no surprise: what is predicted worst of a smooth integrand is a
-    corner of the box, and that may well make up the error.
+    small beside its value, or beside the largest value, is no surprise: what is predicted worst of a smooth integrand
+    is a corner of the box, and that may well make up the error.
     """
     squares = np.square(residuals)
     total = squares.sum(axis=1)
     share = np.divide(squares, total[:, None], out=np.zeros_like(squares), where=total[:, None] > 0)
-    share[np.abs(residuals) < np.maximum(np.abs(values) / 2, 1e-3)] = 0
+    share[np.abs(residuals) < np.maximum(np.abs(values) / 2, SURPRISE)] = 0
     _, worst = np.unravel_index(np.argmax(share), share.shape)
-    if share.max() <= 0.5 or residuals.shape[1] < 16:
+    if share.max() <= 0.5 or residuals.shape[1] < FEWEST_STRATA:
         return None
     x, _ = integrand.pull_back(u[worst][:, None])
     return diagnosis("one-stratum", x=x[:, 0].tolist(), share=round(float(share.max()), 3))
