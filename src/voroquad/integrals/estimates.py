@@ -29,7 +29,7 @@ EPSILON = float(np.finfo(np.float64).eps)
 #: Samples that an estimate must rest on, or this part of all of them where those are few. Below it says nothing.
 FEWEST_SAMPLES, FEWEST_PART = 10, 0.25
 
-#: A residual that came as a surprise, over the largest value; with fewer strata than these one often makes up the error.
+#: A surprising residual, over the largest value; of fewer strata than these one often makes up the error anyway.
 SURPRISE, FEWEST_STRATA = 0.1, 16
 
 
