@@ -13,8 +13,9 @@
 #include <vector>
 
 #include "cells.hpp"
+#include "instruction_set.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // Calls inside(a, b) and outside(a, b) for the pieces of the segment from p to q that the ball
 // holds and does not hold. Only the first `Axes` coordinates count: 2 of 3 make a cylinder.
@@ -144,4 +145,4 @@ void cell_measures_in_ball(const PointView<D> &points, double *measures, unsigne
     for_each_cell(work, Domain::box, threads, share, pause);
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

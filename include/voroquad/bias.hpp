@@ -19,10 +19,11 @@
 #include <vector>
 
 #include "gauss.hpp"
+#include "instruction_set.hpp"
 #include "parallel.hpp"
 #include "points.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // ------------------------------------------------------------------ balls cut by boxes
 
@@ -416,17 +417,18 @@ private:
 };
 
 // G at `count` points of [0,1]^D, in parallel.
-template <std::size_t D, class Design>
+template <std::size_t D, class Design, class Pause = NoPause>
 void bias_function(const Design &design, const double *x, std::size_t count, double *values,
-                   unsigned threads, const Resolution &resolution) {
-    parallel_for(count, 4, threads, [&](std::size_t begin, std::size_t end, unsigned) {
+                   unsigned threads, const Resolution &resolution, Pause &&pause = {}) {
+    const auto evaluate = [&](std::size_t begin, std::size_t end, unsigned) {
         BiasIntegral<D, Design> integral(design, resolution);
         for (std::size_t i = begin; i < end; ++i) {
             Point<D> point;
             std::copy_n(x + i * D, D, point.begin());
             values[i] = integral(point);
         }
-    });
+    };
+    parallel_for(count, 4, threads, evaluate, pause);
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -17,10 +17,11 @@
 #include <vector>
 
 #include "grid.hpp"
+#include "instruction_set.hpp"
 #include "parallel.hpp"
 #include "points.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // The points of the buckets whose largest coordinate distance from `home` is `ring`.
 template <std::size_t D, class Visit>
@@ -150,24 +151,28 @@ template <std::size_t D>
 class BoundaryControl {
 public:
     // excess[i] = G(x_i) − 1; weights[i] = |V_i| on entry.
+    template <class Pause = NoPause>
     void apply(const double *points, const double *excess, std::size_t n,
-               const BiasLattice<D> &lattice, double *weights, unsigned threads) {
+               const BiasLattice<D> &lattice, double *weights, unsigned threads,
+               Pause &&pause = {}) {
         if (n < 2) return;
         grid_.build(points, n);
-        at_samples(points, excess, n, weights, threads);
+        at_samples(points, excess, n, weights, threads, pause);
         if (lattice.stratified()) find_owners(points, n, lattice);
-        over_box(n, lattice, weights, threads);
+        over_box(n, lattice, weights, threads, pause);
     }
 
 private:
     // (G(x_i) − 1) (f_i − f_nn(i)) / N
+    template <class Pause>
     void at_samples(const double *points, const double *excess, std::size_t n, double *weights,
-                    unsigned threads) {
+                    unsigned threads, Pause &&pause) {
         nearest_.resize(n);
-        parallel_for(n, 1024, threads, [&](std::size_t begin, std::size_t end, unsigned) {
+        const auto look_up = [&](std::size_t begin, std::size_t end, unsigned) {
             for (std::size_t i = begin; i < end; ++i)
                 nearest_[i] = nearest_two<D>(grid_, PointView<D>(points, n)[i]);
-        });
+        };
+        parallel_for(n, 1024, threads, look_up, pause);
         for (std::size_t i = 0; i < n; ++i) {
             const double share = excess[i] / static_cast<double>(n);
             weights[i] -= share;
@@ -183,19 +188,22 @@ private:
 
     // ∫ (G − 1) f^(−i): over the stratum of i, or the mean over all i, of which one has its
     // nearest sample left out. Look-ups are shared among threads, sums are made in order.
-    void over_box(std::size_t n, const BiasLattice<D> &lattice, double *weights, unsigned threads) {
+    template <class Pause>
+    void over_box(std::size_t n, const BiasLattice<D> &lattice, double *weights, unsigned threads,
+                  Pause &&pause) {
         constexpr std::size_t slab = 1 << 15;
         const double share = 1.0 / static_cast<double>(n);
         for (std::size_t begin = 0; begin < lattice.size(); begin += slab) {
             const std::size_t count = std::min(slab, lattice.size() - begin);
             nearest_.resize(count);
             nodes_.resize(count);
-            parallel_for(count, 1024, threads, [&](std::size_t from, std::size_t to, unsigned) {
+            const auto look_up = [&](std::size_t from, std::size_t to, unsigned) {
                 for (std::size_t q = from; q < to; ++q) {
                     nodes_[q] = lattice[begin + q];
                     if (nodes_[q].value != 0.0) nearest_[q] = nearest_two<D>(grid_, nodes_[q].y);
                 }
-            });
+            };
+            parallel_for(count, 1024, threads, look_up, pause);
             for (std::size_t q = 0; q < count; ++q) {
                 const auto &[y, value, stratum] = nodes_[q];
                 if (value == 0.0) continue;
@@ -217,18 +225,22 @@ private:
 
 // Weights of `sets` sets of n points, in parallel over sets where there are enough of them and
 // over look-ups elsewhere; the same to the last bit for any number of threads.
-template <std::size_t D>
+template <std::size_t D, class Pause = NoPause>
 void boundary_control_of_sets(const double *points, const double *excess, std::size_t sets,
                               std::size_t n, const BiasLattice<D> &lattice, double *weights,
-                              unsigned threads) {
+                              unsigned threads, Pause &&pause = {}) {
     const bool over_sets = sets >= 2 * std::size_t{threads};
     const unsigned workers = over_sets ? threads : 1, inner = over_sets ? 1 : threads;
     std::vector<BoundaryControl<D>> control(std::max(1u, workers));
-    parallel_for(sets, 1, workers, [&](std::size_t begin, std::size_t end, unsigned worker) {
-        for (std::size_t s = begin; s < end; ++s)
-            control[worker].apply(points + s * n * D, excess + s * n, n, lattice, weights + s * n,
-                                  inner);
-    });
+    const auto weigh = [&](std::size_t begin, std::size_t end, unsigned worker) {
+        for (std::size_t s = begin; s < end; ++s) {
+            const double *x = points + s * n * D, *g = excess + s * n;
+            // Only the calling thread may pause
+            if (worker == 0) control[0].apply(x, g, n, lattice, weights + s * n, inner, pause);
+            else control[worker].apply(x, g, n, lattice, weights + s * n, inner);
+        }
+    };
+    parallel_for(sets, 1, workers, weigh, pause);
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -19,6 +19,7 @@
 
 #include "domain.hpp"
 #include "gift_wrap.hpp"
+#include "instruction_set.hpp"
 #include "interval.hpp"
 #include "neighbourhood.hpp"
 #include "parallel.hpp"
@@ -28,7 +29,7 @@
 #include "simd.hpp"
 #include "tree.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 template <std::size_t D>
 using ConvexCell = std::conditional_t<D == 2, ConvexPolygon, ConvexPolyhedron>;
@@ -530,4 +531,4 @@ Polygons cell_polygons(const PointView<2> &points, const Bounds<2> &domain, Paus
     return out;
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "cells.hpp"
+#include "instruction_set.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // The centroid of signed pieces, whose sum is the body; in the middle of the pieces where all of
 // them are too small to have a measure.
@@ -92,4 +93,4 @@ void cell_centroids(const PointView<D> &points, const BoundsOf<D> &domain, Point
     for_each_cell(work, domain, threads, place, pause);
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

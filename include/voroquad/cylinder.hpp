@@ -14,8 +14,9 @@
 
 #include "ball.hpp"
 #include "cells.hpp"
+#include "instruction_set.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // The integral of z over the part of a face's projection that lies in the disc of a radius about
 // the origin, positive where the projected corners go counter-clockwise.
@@ -119,4 +120,4 @@ void cell_measures_in_cylinder(const PointView<3> &points, const Bounds<3> &doma
     for_each_cell(work, domain, threads, share, pause);
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -6,9 +6,10 @@
 #include <cmath>
 #include <type_traits>
 
+#include "instruction_set.hpp"
 #include "points.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // The unit box, whose faces bound the cells, or the unit torus, which has no border.
 enum class Domain { box, torus };
@@ -70,4 +71,4 @@ struct Bounds {
 template <std::size_t D>
 using BoundsOf = std::type_identity_t<Bounds<D>>;
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -6,8 +6,9 @@
 #include <vector>
 
 #include "cells.hpp"
+#include "instruction_set.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // The faces of cell i are faces[i] … faces[i+1] - 1, and the corners of face f are
 // corners[begin[f]] … corners[begin[f+1] - 1], counter-clockwise from outside, in the
@@ -65,4 +66,4 @@ Polyhedra cell_polyhedra(const PointView<3> &points, const Bounds<3> &domain, Pa
     return out;
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -7,7 +7,9 @@
 #include <numbers>
 #include <vector>
 
-namespace voroquad {
+#include "instruction_set.hpp"
+
+namespace VOROQUAD {
 
 struct GaussNode {
     double x, weight;
@@ -63,4 +65,4 @@ private:
     std::vector<GaussRule> rules_;
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -15,10 +15,11 @@
 #include <cstdint>
 #include <limits>
 
+#include "instruction_set.hpp"
 #include "points.hpp"
 #include "simd.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // A finished cell in one lane: vertices counter-clockwise, in coordinates relative to the site.
 class WrappedCell {
@@ -218,4 +219,4 @@ private:
     Vector twice_area_, radius2_, size_, sound_;
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -9,9 +9,10 @@
 #include <span>
 #include <vector>
 
+#include "instruction_set.hpp"
 #include "points.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // Points of [0,1]^D sorted into k^D equal buckets, row by row. A bucket's points
 // lie next to each other in memory, and so do those of neighbouring buckets
@@ -88,4 +89,4 @@ private:
     std::vector<std::size_t> start_, next_, home_;
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -6,7 +6,9 @@
 #include <cstdint>
 #include <vector>
 
-namespace voroquad {
+#include "instruction_set.hpp"
+
+namespace VOROQUAD {
 
 // rank[cell] is the position of a cell of the grid of 2^bits cells per axis along the curve;
 // cells are numbered in C order. Consecutive positions are cells with a common face.
@@ -64,4 +66,4 @@ private:
     }
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

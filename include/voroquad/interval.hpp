@@ -8,9 +8,10 @@
 #include <vector>
 
 #include "domain.hpp"
+#include "instruction_set.hpp"
 #include "points.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // Points in ascending order, with their positions in the caller's array.
 class RankedPoints {
@@ -94,4 +95,4 @@ inline void cell_lengths(const PointView<1> &points, const Bounds<1> &domain, do
     }
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

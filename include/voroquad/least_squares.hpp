@@ -5,7 +5,9 @@
 #include <cstddef>
 #include <vector>
 
-namespace voroquad {
+#include "instruction_set.hpp"
+
+namespace VOROQUAD {
 
 // A few numbers that are worked on together, one per problem: as many as a vector register
 // holds. Each lane is computed as a double would be.
@@ -148,4 +150,4 @@ private:
     std::vector<Pack> inverse_diagonal_, scale_; // of R; the s of the reflections
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -21,11 +21,12 @@
 #include <span>
 #include <vector>
 
+#include "instruction_set.hpp"
 #include "least_squares.hpp"
 #include "parallel.hpp"
 #include "polynomials.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // How far a fit may amplify the values it is given: the leverage |a|² of its response a, at the
 // corners and the centre of the stratum it is used in. Beyond it the order of the fit is lowered.
@@ -243,9 +244,10 @@ struct LeaveOneOut {
 
 // `points` are (sets, n, d), each set in C order of its strata. The slabs that work is handed out
 // in do not depend on the number of threads, nor does the order in which their parts are added.
-inline LeaveOneOut leave_one_out(const double *points, std::size_t sets, const StrataBlocks &blocks,
-                                 std::size_t order, const double *values, std::size_t fields,
-                                 unsigned threads) {
+template <class Pause = NoPause>
+LeaveOneOut leave_one_out(const double *points, std::size_t sets, const StrataBlocks &blocks,
+                          std::size_t order, const double *values, std::size_t fields,
+                          unsigned threads, Pause &&pause = {}) {
     const std::size_t n = blocks.size(), d = blocks.dimension(), layer = blocks.stride(0);
     const std::size_t layers = blocks.strata(0);
     const std::size_t slab = std::max(4 * blocks.width(0), 1024 / layer + 1);
@@ -258,13 +260,14 @@ inline LeaveOneOut leave_one_out(const double *points, std::size_t sets, const S
         std::vector<double> weights;
     };
     const auto fit_slab = [&](BlockFits &fits, std::size_t task, Part &part,
-                              std::vector<double> &residuals) {
+                              std::vector<double> &residuals, bool may_pause) {
         const std::size_t set = task / slabs;
         const std::size_t first = task % slabs * slab, last = std::min(first + slab, layers) - 1;
         part.begin = blocks.start(0, first) * layer;
         const std::size_t end = (blocks.start(0, last) + blocks.width(0)) * layer;
         part.weights.assign(end - part.begin, 0.0);
         for (std::size_t i = first * layer; i < (last + 1) * layer; i += Pack::lanes) {
+            if (may_pause) pause();
             const std::size_t stop = std::min<std::size_t>(i + Pack::lanes, (last + 1) * layer);
             fits.compute(points + set * n * d, i, stop - 1);
             for (std::size_t l = 0; i + l < stop; ++l) {
@@ -294,7 +297,7 @@ inline LeaveOneOut leave_one_out(const double *points, std::size_t sets, const S
         const std::size_t batch = std::min(parts.size(), sets * slabs - done);
         parallel_for(batch, 1, threads, [&](std::size_t b, std::size_t e, unsigned worker) {
             for (std::size_t t = b; t < e; ++t)
-                fit_slab(fits[worker], done + t, parts[t], out.residuals);
+                fit_slab(fits[worker], done + t, parts[t], out.residuals, worker == 0);
         });
         for (std::size_t t = 0; t < batch; ++t) {
             double *weights = out.weights.data() + (done + t) / slabs * n + parts[t].begin;
@@ -306,4 +309,4 @@ inline LeaveOneOut leave_one_out(const double *points, std::size_t sets, const S
     return out;
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -11,9 +11,10 @@
 #include <cstddef>
 #include <vector>
 
+#include "instruction_set.hpp"
 #include "parallel.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 class MaternCovariance {
 public:
@@ -25,27 +26,32 @@ public:
     }
 
     // The symmetric matrix (n, n) of k between the points.
-    void matrix(double *k, unsigned threads) const {
-        parallel_for(n_, 32, threads, [&](std::size_t begin, std::size_t end, unsigned) {
+    template <class Pause = NoPause>
+    void matrix(double *k, unsigned threads, Pause &&pause = {}) const {
+        const auto fill = [&](std::size_t begin, std::size_t end, unsigned) {
             std::vector<double> sum(n_), x(d_);
             for (std::size_t i = begin; i < end; ++i) {
                 for (std::size_t a = 0; a < d_; ++a) x[a] = scaled_[a * n_ + i];
                 row(x.data(), i + 1, sum.data(), k + i * n_);
             }
-        });
+        };
+        parallel_for(n_, 32, threads, fill, pause);
         for (std::size_t i = 0; i < n_; ++i)
             for (std::size_t j = 0; j < i; ++j) k[j * n_ + i] = k[i * n_ + j];
     }
 
     // The matrix (m, n) of k between other points and these; `at` are (m, d).
-    void between(const double *at, std::size_t m, double *k, unsigned threads) const {
-        parallel_for(m, 32, threads, [&](std::size_t begin, std::size_t end, unsigned) {
+    template <class Pause = NoPause>
+    void between(const double *at, std::size_t m, double *k, unsigned threads,
+                 Pause &&pause = {}) const {
+        const auto fill = [&](std::size_t begin, std::size_t end, unsigned) {
             std::vector<double> sum(n_), x(d_);
             for (std::size_t i = begin; i < end; ++i) {
                 for (std::size_t a = 0; a < d_; ++a) x[a] = scale_ * at[i * d_ + a];
                 row(x.data(), n_, sum.data(), k + i * n_);
             }
-        });
+        };
+        parallel_for(m, 32, threads, fill, pause);
     }
 
 private:
@@ -69,4 +75,4 @@ private:
     double scale_;
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -11,7 +11,9 @@
 #include <sys/mman.h>
 #endif
 
-namespace voroquad {
+#include "instruction_set.hpp"
+
+namespace VOROQUAD {
 
 // Asks for large pages where the system has them: the first touch of each small page would cost
 // a tenth of the time that a cell takes. What is not given a value gets none, for the same reason.
@@ -56,4 +58,4 @@ private:
 template <class T>
 using LargeArray = std::vector<T, LargePages<T>>;
 
-} // namespace voroquad
+} // namespace VOROQUAD

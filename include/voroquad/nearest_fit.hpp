@@ -11,11 +11,12 @@
 #include <cstdint>
 #include <vector>
 
+#include "instruction_set.hpp"
 #include "least_squares.hpp"
 #include "local_fit.hpp"
 #include "polynomials.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // Where each fit is made: the centres (boxes, d) of boxes of equal half widths (d); of each, the
 // nearest samples (boxes, k) and the distance to the next one, its radius.
@@ -147,17 +148,19 @@ private:
 
 // The linear map from the values at m samples to  ∫ f̂ − (1/n) Σ_i f̂(x_i)  for n test points x_i,
 // given box by box: those of box b are test[starts[b]] … test[starts[b+1] − 1].
-inline std::vector<double> control_weights(const double *samples, std::size_t m,
-                                           const NearestSamples &nearest, std::size_t order,
-                                           const double *test, const std::int64_t *starts,
-                                           unsigned threads) {
+template <class Pause = NoPause>
+std::vector<double> control_weights(const double *samples, std::size_t m,
+                                    const NearestSamples &nearest, std::size_t order,
+                                    const double *test, const std::int64_t *starts,
+                                    unsigned threads, Pause &&pause = {}) {
     const std::size_t boxes = nearest.boxes, k = nearest.k, d = nearest.dimension;
     const double n = double(starts[boxes]), volume = 1.0 / double(boxes);
     std::vector<double> responses(boxes * k);
     std::vector<NearestFits> fits(std::max(1u, threads), NearestFits(nearest, order));
-    parallel_for(boxes, 64, threads, [&](std::size_t begin, std::size_t end, unsigned worker) {
+    const auto fit_boxes = [&](std::size_t begin, std::size_t end, unsigned worker) {
         NearestFits &fit = fits[worker];
         for (std::size_t b = begin; b < end; b += Pack::lanes) {
+            if (worker == 0) pause();
             const std::size_t stop = std::min<std::size_t>(b + Pack::lanes, end);
             fit.compute(samples, b, stop - 1);
             const auto &mean = fit.mean_response();
@@ -182,11 +185,12 @@ inline std::vector<double> control_weights(const double *samples, std::size_t m,
                         responses[(b + l) * k + r] -= at_x[r][l] / n;
             }
         }
-    });
+    };
+    parallel_for(boxes, 64, threads, fit_boxes, pause);
     std::vector<double> weights(m);
     for (std::size_t e = 0; e < responses.size(); ++e)
         weights[std::size_t(nearest.neighbours[e])] += responses[e];
     return weights;
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

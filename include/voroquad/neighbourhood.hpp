@@ -11,11 +11,12 @@
 #include <vector>
 
 #include "domain.hpp"
+#include "instruction_set.hpp"
 #include "points.hpp"
 #include "simd.hpp"
 #include "tree.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // Products with the smallest differences of points would round to nothing: these are magnified
 // first.
@@ -307,4 +308,4 @@ private:
     Point<D> site_{};
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -11,7 +11,9 @@
 #include <thread>
 #include <vector>
 
-namespace voroquad {
+#include "instruction_set.hpp"
+
+namespace VOROQUAD {
 
 // The number of threads a call may use: the environment variable
 // VOROQUAD_NUM_THREADS where it is a positive number, else one per processor.
@@ -73,4 +75,4 @@ void parallel_for(std::size_t n, std::size_t grain, unsigned threads, Body &&bod
     if (error) std::rethrow_exception(error);
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

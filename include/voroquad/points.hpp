@@ -7,7 +7,9 @@
 #include <cstddef>
 #include <limits>
 
-namespace voroquad {
+#include "instruction_set.hpp"
+
+namespace VOROQUAD {
 
 template <std::size_t D>
 using Point = std::array<double, D>;
@@ -105,4 +107,4 @@ struct Box {
     }
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -8,10 +8,11 @@
 #include <limits>
 #include <vector>
 
+#include "instruction_set.hpp"
 #include "points.hpp"
 #include "simd.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // Vertices counter-clockwise, in coordinates whose origin is the cell's site. No assumption
 // of general position: a cut through a vertex or along an edge leaves at worst an edge of
@@ -167,4 +168,4 @@ private:
     double squared_radius_ = 0.0;
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

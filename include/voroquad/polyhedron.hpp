@@ -8,10 +8,11 @@
 #include <cstdint>
 #include <vector>
 
+#include "instruction_set.hpp"
 #include "points.hpp"
 #include "simd.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 // A graph in which every vertex has three edges, in coordinates whose origin is the cell's
 // site. A cut removes the vertices beyond the plane, puts a new vertex on every edge that
@@ -321,4 +322,4 @@ private:
     double squared_radius_ = 0.0;
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -11,7 +11,9 @@
 #include <cstddef>
 #include <vector>
 
-namespace voroquad {
+#include "instruction_set.hpp"
+
+namespace VOROQUAD {
 
 // The values √(2k+1) P_k(t), k = 0 … degree, by Bonnet's recursion.
 template <class T>
@@ -86,4 +88,4 @@ private:
     std::vector<std::size_t> size_;
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

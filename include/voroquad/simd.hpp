@@ -14,7 +14,9 @@
 #include <emmintrin.h>
 #endif
 
-namespace voroquad {
+#include "instruction_set.hpp"
+
+namespace VOROQUAD {
 
 // As many numbers as the processor multiplies at once. Sums keep the order in which they are
 // written, so results do not depend on the width.
@@ -162,4 +164,4 @@ void for_each_bit(std::uint64_t bits, Visit &&visit) {
     for (; bits != 0; bits &= bits - 1) visit(static_cast<std::size_t>(std::countr_zero(bits)));
 }
 
-} // namespace voroquad
+} // namespace VOROQUAD

@@ -23,11 +23,12 @@
 #include <vector>
 
 #include "hilbert.hpp"
+#include "instruction_set.hpp"
 #include "memory.hpp"
 #include "points.hpp"
 #include "simd.hpp"
 
-namespace voroquad {
+namespace VOROQUAD {
 
 template <std::size_t D>
 class PointTree {
@@ -456,4 +457,4 @@ private:
     std::vector<Level> levels_;
 };
 
-} // namespace voroquad
+} // namespace VOROQUAD

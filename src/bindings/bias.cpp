@@ -19,9 +19,11 @@ Array<double> bias_uniform(Points x, std::size_t n, std::array<std::size_t, 2> r
         nb::gil_scoped_release release;
         const Resolution nodes{resolution[0], resolution[1]};
         if (x.shape(1) == 2)
-            bias_function<2>(UniformDesign<2>(n), x.data(), out.size(), out.data(), threads, nodes);
+            bias_function<2>(UniformDesign<2>(n), x.data(), out.size(), out.data(), threads, nodes,
+                             CheckSignals());
         else
-            bias_function<3>(UniformDesign<3>(n), x.data(), out.size(), out.data(), threads, nodes);
+            bias_function<3>(UniformDesign<3>(n), x.data(), out.size(), out.data(), threads, nodes,
+                             CheckSignals());
     }
     return own(std::move(out), {out.size()});
 }
@@ -35,7 +37,7 @@ Array<double> bias_stratified(Points x, const std::vector<std::size_t> &strata,
         const auto run = [&]<std::size_t D>(std::array<std::size_t, D> k) {
             std::copy_n(strata.begin(), D, k.begin());
             bias_function<D>(StratifiedDesign<D>(k), x.data(), out.size(), out.data(), threads,
-                             nodes);
+                             nodes, CheckSignals());
         };
         if (x.shape(1) == 2) run.operator()<2>({});
         else run.operator()<3>({});

@@ -40,7 +40,7 @@ Array<double> boundary_control(Sets points, Matrix measures, Matrix excess_at_sa
     const auto run = [&]<std::size_t D>(BiasLattice<D> lattice) {
         nb::gil_scoped_release release;
         boundary_control_of_sets<D>(points.data(), excess_at_samples.data(), sets, n, lattice,
-                                    out.data(), threads);
+                                    out.data(), threads, CheckSignals());
     };
     switch (points.shape(2)) {
     case 1:

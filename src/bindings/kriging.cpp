@@ -2,6 +2,7 @@
 #include "arrays.hpp"
 
 #include <voroquad/matern.hpp>
+#include <voroquad/memory.hpp>
 
 using namespace voroquad;
 
@@ -11,20 +12,22 @@ using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::
 
 Array<double> matern_matrix(Points points, double length, unsigned threads) {
     const std::size_t n = points.shape(0);
-    std::vector<double> k(n * n);
+    LargeArray<double> k(n * n);
     {
         nb::gil_scoped_release release;
-        MaternCovariance(points.data(), n, points.shape(1), length).matrix(k.data(), threads);
+        MaternCovariance(points.data(), n, points.shape(1), length)
+            .matrix(k.data(), threads, CheckSignals());
     }
     return own(std::move(k), {n, n});
 }
 
 Array<double> matern_between(Points at, Points points, double length, unsigned threads) {
     const std::size_t m = at.shape(0), n = points.shape(0), d = points.shape(1);
-    std::vector<double> k(m * n);
+    LargeArray<double> k(m * n);
     {
         nb::gil_scoped_release release;
-        MaternCovariance(points.data(), n, d, length).between(at.data(), m, k.data(), threads);
+        MaternCovariance(points.data(), n, d, length)
+            .between(at.data(), m, k.data(), threads, CheckSignals());
     }
     return own(std::move(k), {m, n});
 }

@@ -19,7 +19,8 @@ leave_one_out_strata(Sets points, const std::vector<std::size_t> &strata,
     LeaveOneOut out = [&] {
         nb::gil_scoped_release release;
         const StrataBlocks blocks(strata, width, period);
-        return leave_one_out(points.data(), sets, blocks, order, values.data(), fields, threads);
+        return leave_one_out(points.data(), sets, blocks, order, values.data(), fields, threads,
+                             CheckSignals());
     }();
     return {own(std::move(out.weights), {sets, n}),
             own(std::move(out.residuals), {sets, fields, n}), out.lowered};
@@ -38,7 +39,7 @@ Array<double> cross_fit_controls(Rows samples, Rows centres, Numbers half_width,
     std::vector<double> weights = [&] {
         nb::gil_scoped_release release;
         return control_weights(samples.data(), samples.shape(0), nearest, order, test.data(),
-                               starts.data(), threads);
+                               starts.data(), threads, CheckSignals());
     }();
     return own(std::move(weights), {samples.shape(0)});
 }
