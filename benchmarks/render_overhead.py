@@ -77,7 +77,7 @@ def staged(name: str, size: str) -> tuple[mi.Scene, list[mi.Integrator]]:
     scene_name, _, own = name.partition(", ")
     scene = load_scene(scene_name, parse_size(size), domain)
     nested = own_integrator(scene)
-    properties = {"sampler": "scene"} if own else {}
+    properties = {"sampler": "scene", "debias": "none"} if own else {}
     return scene, [nested, make_integrator("reweighted", nested, domain=domain, **properties)]
 
 

@@ -96,14 +96,8 @@ def render_costs() -> Iterator[tuple[str, float, str]]:
         out = Path(folder) / "o.exr"
         seconds = processor_seconds(lambda: write_rounds(scene, integrator, rounds, out))
     yield "render write", seconds / (240 * 135), "s/pixel"
-    table = processor_seconds(lambda: _table(integrator), times=2)
-    yield "render table", table, "s/round"
-
-
-def _table(integrator: object) -> object:
-    from voroquad.sample_tables import SampleTable
-
-    return SampleTable.make(**integrator.recipe(256, 7))  # type: ignore[attr-defined]
+    recipe = integrator.recipe(sensor, 7, 256)
+    yield "render table", processor_seconds(recipe.make, times=2), "s/round"
 
 
 def dask_costs() -> Iterator[tuple[str, float, str]]:

@@ -102,7 +102,8 @@ class Stage:
         blended = Rounds(done.plain.shape)
         blended.add(done)
         plain = done.plain[..., :3]
-        return plain, plain + done.differences.sum(0), blended.image[..., :3], float(blended.mean_lambda.mean())
+        weighted = done.blended(np.ones((2, *done.size)))[..., :3]
+        return plain, weighted, blended.image[..., :3], float(blended.mean_lambda.mean())
 
     def reference(self) -> tuple[Floats, Floats]:
         """The mean of rounds of joint Sobol' sets with equal weights, and the variance of that mean."""

@@ -40,7 +40,7 @@ def _order(text: str) -> int | str:
         return text
 
 
-Order = Annotated[int, typer.Option(help="Order of the rule; 0 is the Voronoi cell.")]
+Order = Annotated[int | None, typer.Option(help="Order of the weights; by default 0, above two dimensions 1.")]
 AnyOrder = Annotated[
     Any, typer.Option(parser=_order, metavar="ORDER", help="Order of the rule, a number, kriging or auto.")
 ]
@@ -272,8 +272,8 @@ def render(
         int | None, typer.Option(help="Samples per pixel; 64 unless --time or --target-error end it.")
     ] = None,
     sampler: Annotated[str, typer.Option(help="Design of the sets, such as sobol, or scene: its own.")] = "stratified",
-    order: Order = 0,
-    debias: Debias = "none",
+    order: Order = None,
+    debias: Debias = "auto",
     weighted: Annotated[bool, typer.Option(help="Use the weights, or the same samples without.")] = True,
     blend: Annotated[str, typer.Option(help="auto: per tile, as much of the weights as helps; off: all.")] = "auto",
     jitter: Jitter = True,
@@ -309,6 +309,7 @@ def render(
         print(json.dumps(summary))
     else:
         error = f", error {summary['error']:.2%}" if summary["error"] is not None else ""
+        error += renderer.not_finite(summary["not_finite"])
         print("{width}x{height} at {spp} samples per pixel{error}: {output}".format(**summary | {"error": error}))
 
 

@@ -6,9 +6,10 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 import pytest
+from mitsuba.python.ad.integrators.common import ADIntegrator
 
 from voroquad.mitsuba import accumulation
-from voroquad.mitsuba.accumulation import Footprint, pixel_means
+from voroquad.mitsuba.accumulation import Contributions, Footprint, Layout, pixel_means
 
 
 @pytest.mark.parametrize("spp", [1, 7, 16, 48, 3072])
@@ -32,6 +33,50 @@ def scene_dict(rfilter, **film):
     }
 
 
+def columns_of_rays(layout):
+    """The columns of a ray that brings 1 to 4 channels, 5 to 7 as the change, … under a filter of weights 1."""
+    number = iter(range(1, 99))
+    values = Contributions([next(number) for _ in range(4)])
+    if layout.weights:
+        values.change, values.noise, values.excess = (
+            [next(number) for _ in range(3)], [next(number) for _ in range(3)], next(number),
+        )  # fmt: skip
+    if layout.partly:
+        values.weighted = [next(number) for _ in range(3)]
+    return layout.row(values, [1] * layout.taps)
+
+
+@pytest.mark.parametrize("taps", [0, 9])
+@pytest.mark.parametrize(("weights", "partly"), [(False, False), (True, False), (True, True)])
+def test_layout_reads_what_it_writes(taps, weights, partly):
+    """Each column of a ray, box filter or not, is found again where `Pass` looks for it."""
+    layout = Layout(4, weights, partly, taps)
+    row = np.array([np.array(column, np.float64).ravel()[0] for column in columns_of_rays(layout)])
+    own, plain, change = layout.taps_of(row) if taps else (row, None, None)
+    if taps:
+        assert own.shape == (layout.own,)
+        assert plain.shape == (taps, layout.plain)
+        assert change.shape == (taps, layout.changes)
+        strip = np.concatenate([own, plain[0], *([change[0], -change[0]] if weights else [])])
+    else:
+        strip = row
+    assert strip.shape == (layout.of_strip,)
+    done = accumulation._pass(np.tile(strip, (2, 2, 1)), layout)
+    np.testing.assert_array_equal(done.plain[0, 0], [1, 2, 3, 4])
+    np.testing.assert_array_equal(done.pixel_plain[0, 0], [1, 2, 3])
+    if not weights:
+        return
+    np.testing.assert_array_equal(done.differences[0, 0, 0], [5, 6, 7])
+    np.testing.assert_array_equal(done.pixel_difference[0, 0], [5, 6, 7])
+    np.testing.assert_array_equal(done.pixel_noise[0, 0], [8, 9, 10])
+    if taps:
+        np.testing.assert_array_equal(done.differences[1, 0, 0], [-5, -6, -7])
+        np.testing.assert_array_equal(done.excess[:, 0, 0], [11, -11])
+        assert (done.weighted is not None) == partly
+    if taps and partly:
+        np.testing.assert_array_equal(done.weighted[0, 0], [12, 13, 14])
+
+
 CROP = {"crop_offset_x": 3, "crop_offset_y": 2, "crop_width": 7, "crop_height": 5}
 
 
@@ -40,12 +85,18 @@ CROP = {"crop_offset_x": 3, "crop_offset_y": 2, "crop_width": 7, "crop_height": 
     [("box", {}), ("tent", CROP), ("gaussian", {}), ("mitchell", {}), ("gaussian", CROP | {"sample_border": True})],
 )
 def test_filters_are_those_of_mitsubas_film(rfilter, film):
-    """The same rays through our sums (`render`) and through Mitsuba's film (`sample_rays`, `sample`, splatting)."""
+    """The same rays through our sums (`render`) and through Mitsuba's film (`sample_rays`, `sample`, splatting).
+
+    The film divides by the sum of the filter's values alone.
+    """
     scene = mi.load_dict(scene_dict(rfilter, **film))
     integrator = mi.load_dict({"type": "reweighted", "blend": "off", "nested": {"type": "direct"}})
-    ours = np.array(mi.render(scene, integrator=integrator, spp=16, seed=3))
-    splatted = super(type(integrator), integrator).render(scene, 0, seed=3, spp=16)
-    np.testing.assert_allclose(ours, np.array(splatted), rtol=1e-3, atol=2e-4)
+    done = integrator.render_pass(scene, scene.sensors()[0], 3, 16)
+    splatted = np.array(ADIntegrator.render(integrator, scene, 0, seed=3, spp=16))
+    np.testing.assert_allclose(done.plain + done.differences.sum(0), splatted, rtol=1e-3, atol=2e-4)
+    if rfilter != "box":
+        ours = np.array(mi.render(scene, integrator=integrator, spp=16, seed=3))
+        np.testing.assert_allclose(ours * (1 + done.excess.sum(0)[..., None]), splatted, rtol=1e-3, atol=2e-4)
 
 
 def test_halves_add_up():
@@ -72,40 +123,42 @@ def test_same_bits_on_any_number_of_threads(rfilter, spp):
     assert len(set(images)) == 1
 
 
-@pytest.mark.parametrize("changes", [0, 3])
+@pytest.mark.parametrize(("weights", "partly"), [(False, False), (True, False), (True, True)])
 @pytest.mark.parametrize(
     ("rfilter", "film"), [("box", CROP), ("tent", CROP), ("gaussian", {}), ("gaussian", CROP | {"sample_border": True})]
 )
-def test_bands_make_the_whole(rfilter, film, changes, monkeypatch):
+def test_bands_make_the_whole(rfilter, film, weights, partly, monkeypatch):
     """Bands of any height, the last one lower and filled up: the image of one band."""
     footprint = Footprint(mi.load_dict(scene_dict(rfilter, **film)["sensor"]["film"]))
     columns, rows = footprint.window
-    taps = len(footprint.offsets)
-    width = 4 + changes if footprint.reach == 0 else 3 + changes + taps * (5 + changes)
-    means = np.random.default_rng(3).random((rows * columns, width))
+    layout = footprint.layout(4, weights=weights, partly=partly)
+    means = np.random.default_rng(3).random((rows * columns, len(columns_of_rays(layout))))
     passes = []
     for height in (rows, 3, 1):
         monkeypatch.setattr(accumulation, "BAND_RAYS", height * columns * 16)
         bands = footprint.bands(16)
         assert [row for band in bands for row in band] == list(range(rows))
         assert {len(band) for band in bands[:-1]} <= {height}
-        shape = footprint.strip_shape(16, 4, changes)
+        shape = footprint.strip_shape(16, layout)
         strips = []
         for band in bands:
             of_band = means[band.start * columns : band.stop * columns]
             strips.append(np.full(shape, 99.0))
-            strip = footprint.strip(of_band, 4, band)
+            strip = footprint.strip(of_band, layout, band)
             strips[-1][: len(strip)] = strip
-        passes.append(footprint.whole(strips, bands, 4))
+        passes.append(footprint.whole(strips, bands, layout))
     for part in passes[1:]:
-        for name in ("plain", "differences", "pixel_plain", "pixel_difference"):
-            np.testing.assert_allclose(getattr(part, name), getattr(passes[0], name), rtol=1e-12)
+        for name in ("plain", "differences", "pixel_plain", "pixel_difference", "pixel_noise", "excess", "weighted"):
+            first, own = getattr(passes[0], name), getattr(part, name)
+            assert (own is None) == (first is None)
+            if own is not None:
+                np.testing.assert_allclose(own, first, rtol=1e-12)
 
 
 def test_bands_have_samples_of_their_own(monkeypatch):
     """Below a band's border the image does not repeat that above it, and is the same image but for noise."""
     scene = mi.load_dict(scene_dict("box", width=16, height=16) | {"integrator": {"type": "direct"}})
-    integrator = mi.load_dict({"type": "reweighted", "nested": {"type": "direct"}})
+    integrator = mi.load_dict({"type": "reweighted", "blend": "off", "nested": {"type": "direct"}})
     whole = np.array(mi.render(scene, integrator=integrator, spp=64, seed=1))
     monkeypatch.setattr(accumulation, "BAND_RAYS", 4 * 16 * 64)
     bands = np.array(mi.render(scene, integrator=integrator, spp=64, seed=1))

@@ -17,6 +17,7 @@ import pytest
 from typer.testing import CliRunner
 
 from voroquad.cli import app
+from voroquad.mitsuba import bands
 from voroquad.mitsuba import render as renderer
 
 ROUNDS = {"seed": 5, "per_round": 16, "show_progress": False}
@@ -112,7 +113,7 @@ def test_rounds_that_are_interrupted_end_with_the_same_bits(ball, tmp_path, monk
 
 
 def test_rounds_of_the_scenes_own_samples_go_on_with_the_same_bits(ball, tmp_path):
-    own = ROUNDS | {"sampler": "scene"}
+    own = ROUNDS | {"sampler": "scene", "debias": "none"}
     renderer.render(ball, tmp_path / "whole.exr", spp=48, **own)
     renderer.render(ball, tmp_path / "parts.exr", spp=32, **own)
     renderer.render(ball, tmp_path / "parts.exr", spp=48, resume=True, **own)
@@ -148,6 +149,76 @@ def test_extra_channels_have_their_names(ball, tmp_path):
     own = own.reshape(6, own.shape[0] // 6, 8, -1, own.shape[2]).mean(axis=(1, 3))[..., -1]
     np.testing.assert_allclose(depth, own, atol=1.0)  # the borders of the ball are noisy
     np.testing.assert_allclose(depth.mean(), own.mean(), rtol=0.1)
+
+
+@pytest.fixture
+def bad_ball(ball, tmp_path):
+    """The ball with one texel in sight that is not finite."""
+    texels = np.full((32, 64, 3), 0.5, np.float32)
+    texels[7, 10] = texels[24, 10] = np.nan  # one of them is seen
+    mi.Bitmap(texels).write(str(tmp_path / "texels.exr"))
+    texture = (
+        '<shape type="sphere"> <bsdf type="diffuse"> <texture type="bitmap" name="reflectance">'
+        ' <string name="filename" value="texels.exr"/> <string name="filter_type" value="nearest"/>'
+        ' <boolean name="raw" value="true"/> <string name="wrap_mode" value="repeat"/>'
+        "</texture> </bsdf> </shape>"
+    )
+    path = tmp_path / "bad.xml"
+    path.write_text(ball.read_text().replace('<shape type="sphere"/>', texture))
+    return path
+
+
+def test_a_texel_that_is_not_finite_stays_in_its_pixels(bad_ball, tmp_path):
+    """Neither the blend nor the error takes it up; and it is told."""
+    out = str(tmp_path / "o.exr")
+    images = {}
+    for blend in ("off", "auto"):
+        options = ["-o", out, "--blend", blend, "--spp", "64", "--round", "16"]
+        done = CliRunner().invoke(app, ["render", str(bad_ball), *options])
+        assert done.exit_code == 0, done.output
+        images[blend] = np.array(mi.Bitmap(out))[..., :3]
+    bad = ~np.isfinite(images["off"]).all(-1)
+    assert 0 < bad.sum() < 40
+    np.testing.assert_array_equal(~np.isfinite(images["auto"]).all(-1), bad)
+    assert f", {bad.sum()} pixels not finite: " in done.output
+    assert "error 0.00" not in done.output
+    # The error of the rest decides when to stop
+    summary = renderer.render(bad_ball, out, target_error=0.02, **ROUNDS)
+    assert summary["rounds"] > 4
+    assert 0.01 < summary["error"] <= 0.02
+    assert summary["not_finite"] > 0
+    assert 0 < summary["mean"] < 1
+
+
+def test_a_black_image_ends_without_an_error(ball, tmp_path):
+    """More rounds would not tell one."""
+    dark = tmp_path / "dark.xml"
+    dark.write_text(ball.read_text().replace("-1, -1, -2", "0, 0, 1"))
+    summary = renderer.render(dark, tmp_path / "o.exr", target_error=0.01, **ROUNDS)
+    assert summary["rounds"] == 4
+    assert summary["error"] is None
+    assert summary["mean"] == 0
+
+
+def test_each_round_has_a_table_and_a_seed_of_its_own(ball, tmp_path, monkeypatch):
+    recipes, seeds = [], []
+    make, series = bands.table_of, bands.Camera.series
+    monkeypatch.setattr(bands, "table_of", lambda recipe: recipes.append(recipe.seed) or make(recipe))
+    monkeypatch.setattr(bands.Camera, "series", lambda self, name, spp, seed, table_seed=None: seeds.append(seed)
+                        or series(self, name, spp, seed, table_seed))  # fmt: skip
+    renderer.render(ball, tmp_path / "o.exr", spp=64, size=(8, 6), **ROUNDS)
+    for numbers in (recipes, seeds):
+        assert len(numbers) == 4
+        assert len(set(numbers)) == 4
+
+
+def test_few_pixels_need_rounds(ball, tmp_path):
+    """One round tells no share of the weights; several do."""
+    two = {"size": (2, 1), "sampler": "uniform", "jitter": False, "show_progress": False}
+    with pytest.raises(ValueError, match=r"cannot choose .* 2 × 1 pixels with 1 sets each, it needs 8; .*--round"):
+        renderer.render(ball, tmp_path / "o.exr", spp=64, **two)
+    renderer.render(ball, tmp_path / "o.exr", spp=512, per_round=16, **two)
+    assert np.array(mi.Bitmap(str(tmp_path / "o.exr")))[..., 3].min() > 0.5
 
 
 def test_target_error_and_time_end_a_render(ball, tmp_path):

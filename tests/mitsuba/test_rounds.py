@@ -18,11 +18,11 @@ def pass_(rng, domain=0.3, other=0.3):
     of_domain = domain * (rng.exponential(size=(*SHAPE, 3)) - 1)
     plain = TRUTH + of_domain + other * rng.standard_normal((*SHAPE, 3))
     difference = -of_domain + 0.5 * other * rng.standard_normal((*SHAPE, 3))
+    added = 0.5 * other * rng.standard_normal((*SHAPE, 3))  # to the noise of the rest, as contrasts tell it
     half = checkerboard(*SHAPE)[..., None]
     alpha = np.full((*SHAPE, 1), 0.5)
-    return Pass(
-        np.concatenate([plain, alpha], -1), np.stack([difference * (half == h) for h in (0, 1)]), plain, difference
-    )
+    halves = np.stack([difference * (half == h) for h in (0, 1)])
+    return Pass(np.concatenate([plain, alpha], -1), halves, plain, difference, added)
 
 
 def render(seed, count, blend=True, **noise):
@@ -72,6 +72,55 @@ def test_blend_is_no_worse_than_either_way():
             images = rounds.image[..., :3], rounds.plain / 8, weighted.image[..., :3]
             errors += [np.mean((image - TRUTH) ** 2) for image in images]
         assert errors[0] < 1.02 * errors[1:].min() + 0.01 * errors[1:].max()
+
+
+def test_a_rounds_lambda_does_not_know_that_round():
+    """Two renders that differ in the third round only have the same λ in it."""
+    totals = []
+    for last in (5, 6):
+        rounds, rng = Rounds((*SHAPE, 4)), np.random.default_rng(1)
+        for _ in range(2):
+            rounds.add(pass_(rng))
+        before = rounds.lambdas.copy()
+        rounds.add(pass_(np.random.default_rng(last), domain=0.01, other=1))
+        totals.append(rounds.lambdas - before)
+        rounds.add(pass_(rng))  # but the next round's does
+        totals.append(rounds.lambdas - before - totals[-1])
+    np.testing.assert_array_equal(totals[0], totals[2])
+    assert np.abs(totals[1] - totals[3]).max() > 1e-3
+
+
+def test_a_pixel_that_is_not_finite_stays_one():
+    """Mean and error are those of the others, and the number of those that are not finite is known."""
+    whole, marred = (Rounds((*SHAPE, 4)) for _ in range(2))
+    rng = np.random.default_rng(1)
+    for k in range(6):
+        done = pass_(rng)
+        whole.add(done)
+        if k == 2:
+            for image in (done.plain, done.differences[0], done.pixel_plain, done.pixel_difference, done.pixel_noise):
+                image[4, 6, 1] = np.nan
+                image[9, 9, 0] = np.inf
+        marred.add(done)
+    finite = np.ones(SHAPE, bool)
+    finite[4, 6] = finite[9, 9] = False
+    np.testing.assert_array_equal(marred.finite, finite)
+    np.testing.assert_array_equal(np.isfinite(marred.image).all(-1), finite)
+    np.testing.assert_allclose(marred.image[finite], whole.image[finite], atol=0.02)
+    assert marred.error == pytest.approx(whole.error, rel=0.02)
+    assert marred.mean == pytest.approx(whole.image[..., :3].mean(), rel=0.01)
+
+
+def test_no_error_can_be_told_of_a_black_image():
+    nothing = np.zeros((*SHAPE, 3))
+    rounds = Rounds((*SHAPE, 3))
+    for _ in range(3):
+        rounds.add(Pass(nothing, nothing[None], nothing, nothing, nothing))
+    assert np.isnan(rounds.error)
+    for _ in range(3):
+        rounds.add(Pass(nothing + np.nan, nothing[None], nothing, nothing, nothing))
+    assert np.isnan(rounds.error)
+    assert not rounds.finite.any()
 
 
 def test_error_falls_with_the_rounds():

@@ -158,7 +158,7 @@ def test_same_bits_on_any_number_of_threads():
             "no parameter 'boll.to_world' to move; near it are ball.to_world",
         ),
         ({"domain": "lens"}, "name that"),
-        ({"sampler": "scene"}, "times of a table's sets, not of sampler 'scene'"),
+        ({"sampler": "scene", "debias": "none"}, "times of a table's sets, not of sampler 'scene'"),
         ({"sun/irradiance/value@0": 1.0}, "'sun.irradiance.value' has a value at one time only"),
         ({"interleave": 3}, "interleave must be an even number"),
         ({"shutter": 0.0}, "shutter_close"),

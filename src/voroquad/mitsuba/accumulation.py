@@ -7,7 +7,7 @@ runs that one thread works off in order, and the runs in double precision one af
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import drjit as dr
 import mitsuba as mi
@@ -21,6 +21,8 @@ _LONGEST_RUN = 2**10
 _PACKET = 8
 #: Rays of a band: some seconds of one thread
 BAND_RAYS = 2**23
+#: Least sum of weights, over that of equal ones, that a pixel of a wide filter is divided by
+_LEAST_SUM = 0.25
 
 
 def quotient(index: mi.UInt32, n: int) -> mi.UInt32:
@@ -56,6 +58,108 @@ def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Float
 
 
 @dataclass
+class Contributions:
+    """What the rays of a wavefront bring.
+
+    Attributes
+    ----------
+    channels : list of mitsuba.Float, (rays,)
+        To the channels of the film; colours first.
+    change : list of mitsuba.Float, (rays,)
+        What the weights add to the colours, (N w − 1) times what they multiply; empty without weights, as those below.
+    noise : list of mitsuba.Float, (rays,)
+        Contrasts of neighbouring samples times what the weights multiply, see `voroquad.mitsuba.contrasts`.
+    excess : mitsuba.Float, optional
+        N w − 1.
+    weighted : list of mitsuba.Float, (rays,)
+        The colours that the weights multiply, where those are not all of the ray's; else empty.
+    """
+
+    channels: list[mi.Float]
+    change: list[mi.Float] = field(default_factory=list)
+    noise: list[mi.Float] = field(default_factory=list)
+    excess: mi.Float | None = None
+    weighted: list[mi.Float] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The columns in which sums over rays are kept, for the rays of a pixel and for a strip of the image.
+
+    Parameters
+    ----------
+    channels : int
+        Channels of the image: colours, then others.
+    weights : bool
+        Do the samples have weights?
+    partly : bool
+        Do the weights multiply a part of the colours only?
+    taps : int
+        Pixels that the film's filter lets a sample contribute to; 0 for a box filter, which reaches no other pixel.
+
+    Notes
+    -----
+    With a box filter the columns of both are ``channels | change (3) | noise (3)``, the last two with weights only.
+    A wider filter needs the sums of a pixel's own samples for the blend, and the filtered ones for the image:
+
+    * of a pixel: ``own | tap | tap | …``, one tap for each neighbour, with
+      ``own = colours (3) | change (3) | noise (3)``
+      ``tap = plain | changes``, ``plain = filter weight (1) | channels | weighted colours (3, if partly)``,
+      ``changes = change (3) | excess (1)``;
+    * of a strip: ``own | plain | changes of half 0 | changes of half 1``, where a half is one colour of a checkerboard
+      of the pixels that the samples belong to.
+    """
+
+    channels: int
+    weights: bool = False
+    partly: bool = False
+    taps: int = 0
+
+    @property
+    def own(self) -> int:
+        """Columns of a pixel's own samples, before the filtered ones; none with a box filter."""
+        return 0 if self.taps == 0 else 3 + 6 * self.weights
+
+    @property
+    def plain(self) -> int:
+        """Columns of a tap that the weights do not touch."""
+        return 1 + self.channels + 3 * self.partly
+
+    @property
+    def changes(self) -> int:
+        """Columns of a tap that the weights make."""
+        return 4 * self.weights
+
+    @property
+    def of_strip(self) -> int:
+        """Number of columns of a strip."""
+        return self.channels + 6 * self.weights if self.taps == 0 else self.own + self.plain + 2 * self.changes
+
+    def row(self, values: Contributions, filter_weights: Sequence[mi.Float]) -> list[mi.Float]:
+        """The columns of rays, whose filter has these weights at the taps."""
+        colours = values.channels[:3]
+        if self.taps == 0:
+            return [*values.channels, *values.change, *values.noise]
+        excess = [] if values.excess is None else [values.excess]
+        tap = [mi.Float(1), *values.channels, *values.weighted, *values.change, *excess]
+        return [*colours, *values.change, *values.noise, *(f * v for f in filter_weights for v in tap)]
+
+    def taps_of(self, means: Floats) -> tuple[Floats, Floats, Floats]:
+        """Columns (…, columns) of pixels, split: their own (…, own), plain (…, taps, plain), and (…, taps, changes)."""
+        own, given = means[..., : self.own], means[..., self.own :]
+        given = given.reshape(*given.shape[:-1], self.taps, self.plain + self.changes)
+        return own, given[..., : self.plain], given[..., self.plain :]
+
+    def split(self, strip: Floats) -> tuple[Floats, Floats, list[Floats]]:
+        """Columns of a strip, split: own (channels, change and noise with a box filter), plain, changes by half."""
+        if self.taps == 0:
+            return strip, strip[..., : self.channels], []
+        ends = np.cumsum([self.own, self.plain, self.changes])
+        own, plain, *changes = np.split(strip, ends, axis=-1)
+        return own, plain, changes if self.weights else []
+
+
+@dataclass
 class Pass:
     """What one pass over the pixels gives, float32 or float64.
 
@@ -66,14 +170,23 @@ class Pass:
     differences : ndarray, (2, height, width, 3) or (1, height, width, 3)
         What the weights add to its colours, from the samples of each half of a checkerboard of pixels; or in all,
         where each pixel shows its own samples alone.
-    pixel_plain, pixel_difference : ndarray, (height, width, 3)
-        Means over the samples of each pixel, without the film's filter: colours, and what weights add to them.
+    pixel_plain, pixel_difference, pixel_noise : ndarray, (height, width, 3)
+        Means over the samples of each pixel, without the film's filter: colours, what weights add to them, and the
+        contrasts that tell the noise which the weights do not see.
+    excess : ndarray, (2, height, width) or None
+        What the weights add to the sum of filter weights, over that sum, from the samples of each half; None where the
+        weights of each pixel sum to what equal ones do.
+    weighted : ndarray, (height, width, 3) or None
+        The part of `plain` that the weights multiply; None: its colours.
     """
 
     plain: Floats
     differences: Floats
     pixel_plain: Floats
     pixel_difference: Floats
+    pixel_noise: Floats
+    excess: Floats | None = None
+    weighted: Floats | None = None
 
     @property
     def size(self) -> tuple[int, int]:
@@ -82,14 +195,24 @@ class Pass:
         return height, width
 
     def blended(self, share: Floats) -> Floats:
-        """The image (height, width, channels) with a share λ (2, height, width) of what each half's weights add."""
+        """The image (height, width, channels) with a share λ (2, height, width) of what each half's weights add.
+
+        Under a wide filter, the weighted part P + Σ λ D of a pixel is divided by the sum of its weights: with v what
+        the weights add to the sum of filter weights, it is (P + Σ λ D) / (1 + Σ λ v).
+        """
         if len(self.differences) == 1:
             share = of_own_half(share)[None]
         image = self.plain.copy(order="K")
         for rows in strips(len(image), tiles=4):
-            for of_half, difference in zip(share, self.differences, strict=True):
-                for channel in range(3):  # plane by plane, as they lie in memory
+            for channel in range(3):  # plane by plane, as they lie in memory
+                for of_half, difference in zip(share, self.differences, strict=True):
                     image[rows, :, channel] += of_half[rows] * difference[rows, :, channel]
+        if self.excess is not None:
+            added = (share * self.excess).sum(0)[..., None]
+            plain = self.plain[..., :3]
+            weighted = plain if self.weighted is None else self.weighted
+            change = image[..., :3] - plain - added * weighted
+            image[..., :3] = plain + change / np.maximum(1 + added, _LEAST_SUM)
         return image
 
 
@@ -130,10 +253,9 @@ class Footprint:
         height = max(1, BAND_RAYS // (columns * spp))
         return [range(row, min(row + height, rows)) for row in range(0, rows, height)]
 
-    def strip_shape(self, spp: int, channels: int, changes: int) -> tuple[int, int, int]:
+    def strip_shape(self, spp: int, layout: Layout) -> tuple[int, int, int]:
         """The shape of the first band's strip; the last band's may have fewer rows."""
-        own = channels + changes if self.reach == 0 else 4 + channels + 3 * changes
-        return len(self.bands(spp)[0]) + 2 * self.reach, self.window[0], own
+        return len(self.bands(spp)[0]) + 2 * self.reach, self.window[0], layout.of_strip
 
     def weights(self, pixel: mi.Point2f) -> list[mi.Float]:
         """f of samples at `pixel`, in [0, 1)², for the neighbour at each of the `offsets`."""
@@ -154,69 +276,60 @@ class Footprint:
         b = self.border
         return window[b : b + self.height, b : b + self.width]
 
-    def spread(self, channels: Sequence[mi.Float], change: Sequence[mi.Float], pixel: mi.Point2f) -> list[mi.Float]:
-        """What rays give: to their own pixel, and through a filter that reaches others to it and to those.
+    def layout(self, channels: int, *, weights: bool = False, partly: bool = False) -> Layout:
+        """The columns of sums under this filter, see `Layout`."""
+        return Layout(channels, weights, partly, len(self.offsets) if self.reach else 0)
 
-        Parameters
-        ----------
-        channels : sequence of mitsuba.Float, (rays,)
-            What they bring; colours first.
-        change : sequence of mitsuba.Float, (rays,)
-            What the weights add to the colours; empty for nothing.
-        pixel : mitsuba.Point2f
-            Where in their pixels the rays are.
-        """
-        if self.reach == 0:
-            return [*channels, *change]
-        own = [*channels[:3], *change]
-        return [*own, *(f * v for f in self.weights(pixel) for v in (mi.Float(1), *channels, *change))]
-
-    def strip(self, means: Floats, channels: int, band: range) -> Floats:
-        """The strip (rows + 2 reach, columns, …) of a band from the means (pixels, …) of what `spread` made."""
+    def strip(self, means: Floats, layout: Layout, band: range) -> Floats:
+        """The strip (rows + 2 reach, columns, …) of a band from the means (pixels, …) over the rays of each pixel."""
         means = means.reshape(len(band), self.window[0], -1)
         if self.reach == 0:
             return means
-        taps = len(self.offsets)
-        changes = (means.shape[-1] - 3 - taps * (1 + channels)) // (1 + taps)  # 3, or 0 without weights
-        own, given = np.split(means, [3 + changes], axis=-1)
-        given = given.reshape(*given.shape[:2], taps, -1)
+        own, plain, change = layout.taps_of(means)
         half = checkerboard(len(band), self.window[0], band.start)[..., None, None]
-        plain, change = given[..., : 1 + channels], given[..., 1 + channels :]
-        sums = [plain, *(change * (half == h) for h in (0, 1))] if changes else [plain]
+        # Not a product with 0 or 1, which would carry what is not finite into the other half
+        sums = [plain, *(np.where(half == h, change, 0) for h in (0, 1))] if layout.weights else [plain]
         margin = ((self.reach, self.reach), (0, 0), (0, 0))
         return np.concatenate([np.pad(own, margin), *(self.gather(s) for s in sums)], -1)
 
-    def whole(self, strips: Iterable[Floats], bands: Sequence[range], channels: int) -> Pass:
-        """The image from the strips of all bands, with so many channels; rows that are too many are not looked at."""
+    def whole(self, strips: Iterable[Floats], bands: Sequence[range], layout: Layout) -> Pass:
+        """The image from the strips of all bands; rows that are too many are not looked at."""
         columns, rows = self.window
-        total: Floats = np.zeros(0)
+        planes: Floats = np.zeros(0)
+        total = planes
         for strip, band in zip(strips, bands, strict=True):
             height = len(band) + 2 * self.reach
             if total.size == 0:
-                planes: Floats = np.zeros((strip.shape[-1], rows + 2 * self.reach, columns), strip.dtype)
+                planes = np.zeros((strip.shape[-1], rows + 2 * self.reach, columns), strip.dtype)
                 total = np.moveaxis(planes, 0, -1)
             if self.reach == 0:
                 total[band.start : band.stop] = strip[:height]
             else:
                 total[band.start : band.start + height] += strip[:height]
-        total = total[self.reach : self.reach + rows]
-        return self._pass_of_box(total, channels) if self.reach == 0 else self._pass_of_filter(total, channels)
+        return _pass(self.crop(total[self.reach : self.reach + rows]), layout)
 
-    def _pass_of_box(self, total: Floats, channels: int) -> Pass:
-        plain, change = np.split(self.crop(total), [channels], axis=-1)
-        if change.shape[-1] == 0:
-            change = np.zeros_like(plain[..., :3])
-        return Pass(plain, change[None], plain[..., :3], change)
 
-    def _pass_of_filter(self, total: Floats, channels: int) -> Pass:
-        image = self.crop(total)
-        changes = (total.shape[-1] - 4 - channels) // 3
-        own, weight, plain, *differences = np.split(
-            image, np.cumsum([3 + changes, 1, channels, changes])[: 4 if changes else 2], axis=-1
-        )
-        weight = np.where(weight == 0, 1, weight)
-        pixel_plain = own[..., :3]
-        if changes == 0:
-            none = np.zeros_like(pixel_plain)
-            return Pass(plain / weight, np.stack([none, none]), pixel_plain, none)
-        return Pass(plain / weight, np.stack([d / weight for d in differences]), pixel_plain, own[..., 3:])
+def _pass(image: Floats, layout: Layout) -> Pass:
+    """What the columns of a strip say of all of an image."""
+    own, plain, halves = layout.split(image)
+    if layout.taps:
+        weight = np.where(plain[..., :1] == 0, 1, plain[..., :1])
+        plain, halves = plain[..., 1:] / weight, [half / weight for half in halves]
+        colours, own = own[..., :3], own[..., 3:]
+    else:
+        colours, own = own[..., :3], own[..., layout.channels :]
+    if not layout.weights:
+        none = np.zeros_like(colours)
+        return Pass(plain, none[None], colours, none, none)
+    change, noise = own[..., :3], own[..., 3:]
+    if not layout.taps:
+        return Pass(plain, change[None], colours, change, noise)
+    return Pass(
+        plain[..., : layout.channels],
+        np.stack([half[..., :3] for half in halves]),
+        colours,
+        change,
+        noise,
+        np.stack([half[..., 3] for half in halves]),
+        plain[..., layout.channels :] if layout.partly else None,
+    )

@@ -133,13 +133,13 @@ class Camera:
         self._footprint = Footprint(self.sensor.film())
 
     def series(self, name: str, spp: int, seed: int, table_seed: int | None = None) -> Series:
-        """The units of an image; a table of another seed than the plug-in's, if it has tables."""
-        film = self.sensor.film()
+        """The units of an image; its table, if it has one, is of the image's seed or of another that is named."""
         spp = self.integrator.granted(self.sensor, spp)
         table = None
         if self.integrator.tabled:
-            table = self._pool.share(table_of, self.integrator.recipe(self.integrator.samples or spp, table_seed))
-        shape = self._footprint.strip_shape(spp, self.integrator.channels(film), 3 * self.integrator.weighted)
+            recipe = self.integrator.recipe(self.sensor, seed if table_seed is None else table_seed, spp)
+            table = self._pool.share(table_of, recipe)
+        shape = self._footprint.strip_shape(spp, self.integrator.layout(self.sensor.film()))
         count = len(self._footprint.bands(spp))
         return Series(name, count, (1 + math.prod(shape),), _band, (self._shot, table, shape, spp, seed))
 
@@ -173,8 +173,7 @@ class Camera:
                     yield value[1:].reshape(one.arguments[2])
 
             bands = self._footprint.bands(one.arguments[3])
-            film = self.sensor.film()
-            yield self._footprint.whole(strips(), bands, self.integrator.channels(film)), seconds
+            yield self._footprint.whole(strips(), bands, self.integrator.layout(self.sensor.film())), seconds
 
 
 def table_of(recipe: Recipe) -> SampleTable:

@@ -1,13 +1,14 @@
-"""Weights where they help: per tile of the image, the share λ of the weighted estimate that has least variance.
+"""How much of the weights to use: per tile of the image, the share λ that leaves least noise.
 
 With A the plain mean of a pixel's samples and D the weighted mean less the plain one, A + λ D has the same
 expectation for every λ that does not depend on the samples in A and D, since D has mean zero. Its variance is least at
 λ = −Cov(A, D) / Var(D): 1 where the sampled domain makes the noise, 0 where other dimensions do (docs/theory.md,
-section 4).
+section 8).
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -17,13 +18,11 @@ Floats = NDArray[np.floating[Any]]
 
 #: Side of a tile in pixels, even
 TILE = 16
-#: Of A: a D that is smaller is what rounding of sums in single precision leaves
+#: Below this fraction of |A|, D is the rounding error of sums in single precision
 ROUNDING = 2.0**-20
-#: How many rows or columns away the pixels are that a pixel is compared with, at most
-REACH = 2
-#: Least and greatest standard deviation of λ between tiles that is expected
+#: Least and greatest standard deviation of λ between tiles that is assumed
 SPREAD = (0.25, 0.5)
-#: What a tile's neighbour counts in its surroundings, less than 1; the next one counts the square, and so on
+#: Weight of a tile's neighbour in its surroundings, less than 1; that of the next one is the square, and so on
 NEARBY = 0.7
 
 
@@ -33,79 +32,86 @@ def checkerboard(height: int, width: int, start: int = 0) -> NDArray[np.intp]:
 
 
 class Share:
-    """What λ to use, by the pixels and rounds seen so far.
+    """Estimates λ from the pixels and rounds observed so far.
 
     Parameters
     ----------
     height, width : int
         Size of the image in pixels.
 
+    Attributes
+    ----------
+    moments : ndarray, (6, 2, rows, columns)
+        Sums of p, s, p², p s, s² and s³ over the rounds and over the pixels of each tile, separately for each half of a
+        checkerboard of pixels.
+
     Notes
     -----
-    D has mean zero, so Σ (A − c) D / Σ D² over the pixels of a tile and over the channels estimates
-    Cov(A, D) / Var(D) for any c that does not depend on D: c is the pixel's mean over the rounds before, in the first
-    round what its neighbours in the same half of a checkerboard predict (`from_neighbours`).
+    Every pixel of every round gives a p with the expectation Cov(A, D), and s = D² with the expectation Var(D), both
+    summed over the colour channels, so that −Σ p / Σ s estimates λ.
 
-    A tile's estimate l has the variance v, from the spread of (A − c) D + l D² over its pixels. Tiles resemble those
-    around them: λ is the mean of l and of the surroundings' m, weighted by 1/v and 1/s², where m and the variance s²
-    around it are weighted means of l and of (l − m)² − v over the other tiles, the nearer the more, and over one where
-    it is 0; cut to [0, 1].
+    * In the first round (`observe_noise`) p = E² − D², where E is an estimate of the noise that the weights add,
+      because they multiply what they do not know (`voroquad.mitsuba.contrasts`): the weighted mean A + D has little
+      else in common with D, hence −Cov(A, D) ≈ Var(D) − Var(E).
+    * In later rounds (`observe_deviation`) p = (A − c) D with c the pixel's mean over the rounds before. As D has mean
+      zero and c does not depend on it, p has exactly that expectation.
+
+    A tile's estimate l has a variance v, from the spread of p + l s over pixels and rounds. Tiles resemble those around
+    them: λ is the mean of l and of a prior m, weighted by 1/v and 1/t², where m and the variance t² around it are
+    weighted means of l and of (l − m)² − v over all tiles, the nearer the more, and, for m, over one further tile with
+    λ = 0. The result is clipped to [0, 1]. Pixels with a value that is not finite are left out.
     """
 
     def __init__(self, height: int, width: int) -> None:
-        self.products = np.zeros((height, width))  # Σ (A − c) D
-        self.squares = np.zeros((height, width))  # Σ D²
+        self._size = height, width
+        self.moments = np.zeros((6, 2, -(-height // TILE), -(-width // TILE)))
 
-    def observe(self, plain: Floats, difference: Floats, centre: Floats | None = None) -> None:
-        """Add a round: A, D and c, each (height, width, channels); without c, it is what neighbours say."""
-        if centre is None and min(plain.shape[:2]) <= REACH:  # no neighbours to learn from
-            return
-        for channel in range(plain.shape[-1]):
-            values, change = plain[..., channel], difference[..., channel]
-            if centre is None:
-                around = np.pad(values, REACH, mode="reflect")
-            for rows in strips(len(plain), tiles=4):
-                if centre is None:
-                    expected = from_neighbours(around[rows.start : rows.stop + 2 * REACH])
-                else:
-                    expected = centre[rows, :, channel]
-                own = np.where(np.abs(change[rows]) > ROUNDING * np.abs(values[rows]), change[rows], 0)
-                deviation = values[rows] - expected
-                deviation *= own
-                self.products[rows] += deviation
-                self.squares[rows] += own * own
+    def observe_noise(self, plain: Floats, difference: Floats, noise: Floats) -> None:
+        """Add a round by A, D and E, each (height, width, channels)."""
+        self._observe(plain, difference, lambda rows, d: noise[rows].astype(np.float64) ** 2 - d * d)
+
+    def observe_deviation(self, plain: Floats, difference: Floats, centre: Floats) -> None:
+        """Add a round by A, D and c, each (height, width, channels)."""
+        self._observe(plain, difference, lambda rows, d: (plain[rows] - centre[rows]) * d)
+
+    def _observe(self, plain: Floats, difference: Floats, product: Callable[[slice, Floats], Floats]) -> None:
+        """Add p (of some rows, from their D) and s = D² to the moments."""
+        for row, rows in enumerate(strips(len(plain))):
+            d = difference[rows].astype(np.float64)
+            with np.errstate(invalid="ignore", over="ignore"):
+                seen = np.abs(d) > ROUNDING * np.abs(plain[rows])  # false for NaN
+                p = np.where(seen, product(rows, d), 0).sum(-1)
+                s = np.where(seen, d * d, 0).sum(-1)
+            finite = np.isfinite(p) & np.isfinite(s) & np.isfinite(plain[rows]).all(-1)
+            self.moments[:, :, row] += _by_half(np.where(finite, p, 0), np.where(finite, s, 0))
 
     def map(self) -> Floats:
         """λ (height, width) of each pixel's tile."""
-        return self._of_pixels(least_variance(self._moments().sum(1)))
+        return self._of_pixels(least_variance(self.moments.sum(1)))
 
     def halves(self) -> Floats:
         """λ (2, height, width) for the pixels of each half of a checkerboard, by those of the other."""
-        moments = self._moments()
-        return self._of_pixels(np.stack([least_variance(moments[:, half]) for half in (1, 0)]))
-
-    def _moments(self) -> Floats:
-        """Sums (5, 2, rows, columns) of p, s, p², p s and s² over the pixels of each half of each tile."""
-        height, width = self.products.shape
-        rows, columns = -(-height // TILE), -(-width // TILE)
-        by_row = np.zeros((5, rows, 2, columns * TILE))  # over the even rows of a tile, and the odd ones
-        terms = np.zeros((5, TILE, width))
-        for row, pixels in enumerate(strips(height)):
-            p, s = self.products[pixels], self.squares[pixels]
-            terms[:, len(p) :] = 0
-            factors: list[tuple[Floats, Floats | float]] = [(p, 1.0), (s, 1.0), (p, p), (p, s), (s, s)]
-            for term, (a, b) in zip(terms[:, : len(p)], factors, strict=True):
-                np.multiply(a, b, out=term)
-            by_row[:, row, :, :width] = terms.reshape(5, TILE // 2, 2, width).sum(1)
-        pairs = by_row.reshape(5, rows, 2, columns, TILE // 2, 2)
-        even, odd = pairs[..., 0].sum(-1), pairs[..., 1].sum(-1)  # columns of a tile
-        return np.stack([even[:, :, 0] + odd[:, :, 1], odd[:, :, 0] + even[:, :, 1]], 1)
+        return self._of_pixels(np.stack([least_variance(self.moments[:, half]) for half in (1, 0)]))
 
     def _of_pixels(self, tiles: Floats) -> Floats:
         """Each pixel's value (…, height, width) of its tile, float32."""
-        height, width = self.products.shape
+        height, width = self._size
         columns = tiles.astype(np.float32).repeat(TILE, axis=-1)[..., :width]
         return columns.repeat(TILE, axis=-2)[..., :height, :]
+
+
+def _by_half(p: Floats, s: Floats) -> Floats:
+    """Sums (6, 2, columns) of p, s, p², p s, s² and s³ over the pixels of each half of the tiles in a row of tiles."""
+    width = p.shape[1]
+    columns = -(-width // TILE)
+    rows = np.zeros((6, 2, columns * TILE))  # over even rows, and over odd ones
+    factors: list[tuple[Floats, Floats | float]] = [(p, 1.0), (s, 1.0), (p, p), (p, s), (s, s), (s * s, s)]
+    for sums, (a, b) in zip(rows, factors, strict=True):
+        product = a * b
+        sums[0, :width], sums[1, :width] = product[::2].sum(0), product[1::2].sum(0)
+    pairs = rows.reshape(6, 2, columns, TILE // 2, 2)
+    even, odd = pairs[..., 0].sum(-1), pairs[..., 1].sum(-1)  # columns of a tile
+    return np.stack([even[:, 0] + odd[:, 1], odd[:, 0] + even[:, 1]], 1)
 
 
 def of_own_half(halves: Floats) -> Floats:
@@ -117,25 +123,28 @@ def of_own_half(halves: Floats) -> Floats:
 
 
 def least_variance(moments: Floats) -> Floats:
-    """λ of tiles from sums (5, rows, columns) over their pixels: of p = (A − c) D, s = D², p², p s and s²."""
-    p, s, pp, ps, ss = moments
+    """λ of tiles from sums (6, rows, columns) over pixels and rounds of p, s, p², p s, s² and s³, see `Share`.
+
+    With standard deviations t s of the p about −λ s, the variance of l = −Σ p / Σ s is t² Σ s² / (Σ s)², and
+    Σ (p + l s)² has the mean t² (Σ s² − 2 Σ s³ / Σ s + (Σ s²)² / (Σ s)²): t² (n − 1) s² for n equal s, 0 for one pixel.
+    """
+    p, s, pp, ps, ss, sss = moments
     some = s > 0
     denominator = np.where(some, s, 1)
     estimate = -p / denominator
     residual = np.maximum(pp + 2 * estimate * ps + estimate**2 * ss, 0)
-    # Degrees of freedom: of n equal pixels, 1 − 1/n
-    free = 1 - ss / denominator**2
-    known = some & (free > 1e-9)
+    free = ss - 2 * sss / denominator + ss**2 / denominator**2
+    known = some & (free > 1e-9 * ss)
     if not known.any():
         return np.zeros_like(s)
     variance = np.full_like(free, np.inf)
-    np.divide(residual, denominator**2 * free, where=known, out=variance)
+    np.divide(residual * ss, denominator**2 * free, where=known, out=variance)
 
-    # What surrounding tiles say; far outliers count as near ones
+    # The prior: a mean over the surrounding tiles, with outliers clipped
     weight = 1 / (variance + SPREAD[0] ** 2)
     bounded = np.clip(estimate, -0.5, 1.5)
     near = _surroundings(weight)
-    # … and one tile more, without weights: where λ cannot be known it is near 0
+    # … and one further tile with λ = 0: where λ cannot be known it is near 0
     prior = np.clip(_surroundings(weight * bounded) / (near + SPREAD[1] ** -2), 0, 1)
     deviation = np.where(known, (bounded - prior) ** 2 - np.where(known, variance, 0), 0)
     between = np.clip(_surroundings(weight * deviation) / near, SPREAD[0] ** 2, SPREAD[1] ** 2)
@@ -147,32 +156,6 @@ def least_variance(moments: Floats) -> Floats:
 def strips(height: int, tiles: int = 1) -> list[slice]:
     """The rows of so many rows of tiles: what is done to one strip at a time stays in the processor's cache."""
     return [slice(top, min(top + tiles * TILE, height)) for top in range(0, height, tiles * TILE)]
-
-
-def from_neighbours(image: Floats) -> Floats:
-    """What the pixels' neighbours in their halves of a checkerboard say they should be.
-
-    Parameters
-    ----------
-    image : ndarray, (height + 2 REACH, width + 2 REACH, channels)
-        With neighbours of the pixels at its border.
-
-    Returns
-    -------
-    ndarray, (height, width, channels)
-        Half the sum of the four diagonal neighbours less a quarter of the sum of the four at distance 2 along the
-        axes: right for what varies quadratically, or along one diagonal only.
-    """
-    height, width = image.shape[0] - 2 * REACH, image.shape[1] - 2 * REACH
-    rows = image[1 : height + 1] + image[3 : height + 3]
-    near = rows[:, 1 : width + 1] + rows[:, 3 : width + 3]
-    far = image[:height, 2 : width + 2] + image[4:, 2 : width + 2]
-    far += image[2 : height + 2, :width]
-    far += image[2 : height + 2, 4:]
-    near *= 1 / 2
-    far *= 1 / 4
-    near -= far
-    return near
 
 
 def _surroundings(tiles: Floats) -> Floats:

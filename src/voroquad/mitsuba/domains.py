@@ -21,6 +21,7 @@ class CameraSample:
     wavelength: Any  # mi.Float
     light: Any = None  # mi.Point2f, of the emitter sample at the first hit; None: the nested integrator's own
     factor: Any = None  # mi.Float, N·w of the set's sample; None where no set is weighed
+    noise: Any = None  # mi.Float, N·c of its noise contrast (voroquad.mitsuba.contrasts); None likewise
 
 
 class Domain:

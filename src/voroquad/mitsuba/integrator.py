@@ -2,36 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from dataclasses import replace
+import math
 from typing import Any
 
 import drjit as dr
 import mitsuba as mi
 import numpy as np
 
-from .._support.checks import one_of, positive_int
-from ..designs.design import DESIGNS
-from ..designs.sampling import SetKind
+from .._support.checks import one_of
 from ..geometry.cells import cells
-from ..rules.registry import DEBIAS, MAX_ORDER, find_rule, weights
+from ..rules.registry import weights
 from ..sample_tables import Recipe, SampleTable
-from .accumulation import quotient
+from .accumulation import Contributions, Footprint, Layout, quotient
 from .bands import table_of
 from .blend import TILE, Floats
+from .contrasts import noise_contrasts
 from .developing import has_alpha
-from .domains import CameraSample, Domain, Joint, find_domain
+from .domains import CameraSample, Joint, find_domain
 from .lights import FirstHit
-from .plain import Plain
+from .plain import Plain, whole
 from .properties import read_property
+from .recipes import FEWEST_SETS, SCENE, count, names, read_settings, table_file
+from .rounds import Rounds, round_seed
 from .tracing import CameraRays, colour
 
-#: Name of the design of sets that are no table's: those that the scene's sampler draws
-SCENE = "scene"
-#: Samples of a table, about
-TABLE_SIZE = 2**18
+#: Pixels of an image from which on they choose the share λ of its blend; fewer do in as many rounds or more
+FEWEST_PIXELS, FEWEST_ROUNDS = 16, 8
 #: Coordinates that are weighed at a time while rendering, about
 _AT_ONCE = 2**18
+#: The pixels of a checkerboard's halves share no set, so that one half may choose λ for the other
+HALVES = 2
 
 
 class Reweighted(Plain):
@@ -58,10 +58,13 @@ class Reweighted(Plain):
          draws anyway, which are weighed while rendering, each pixel's by themselves. (Default: ``stratified``)
      * - order
        - |int|
-       - Order of the weights, see `voroquad.weights`. (Default: 0, Voronoi cells)
+       - Order of the weights, see `voroquad.weights`. (Default: 0, for strata in three dimensions and more 1, see
+         `voroquad.mitsuba.recipes.default_order`)
      * - debias
        - |string|
-       - How the bias of the weights is removed, see `voroquad.weights`. (Default: ``none``)
+       - How the bias of the weights is removed, see `voroquad.weights`. ``auto`` is an exactly unbiased rule; sets of
+         dependent points (``regular``, ``sobol``, ``halton``, ``zero-two``, ``orthogonal``, ``scene``) have none, and
+         need ``none``, the biased one, to be named. (Default: ``auto``)
      * - weighted
        - |bool|
        - If false, the same samples count equally. (Default: |true|)
@@ -78,14 +81,15 @@ class Reweighted(Plain):
        - Sample the pixel's area? If false, all its rays start at its centre. (Default: |true|)
      * - sets
        - |int|
-       - Sets of the table, 2 or more for blend. (Default: 0, from 64 to 1024 by the size of a set)
+       - Sets of the table, 4 or more for blend. (Default: 0, a quarter of those that the image uses, from 4 to 1024)
      * - reuse
        - |string|
        - Which pixels share sets: ``hash``, a hash of pixel and render seed picks one; ``tile``, all tiles of
          16 × 16 pixels have the same sets at the same places. (Default: ``hash``)
      * - table_seed
        - |int|
-       - Seed of the table; that of seed 0 is kept on disk for the next time. (Default: 0)
+       - Seed of the table. Renders with one table have an error in common, whatever their seeds; one of seed 0 is kept
+         on disk for the next time. (Default: the seed of the render)
      * - table
        - |string|
        - File of a table made by ``voroquad table``. It settles sampler, order, debias, samples, sets
@@ -96,16 +100,20 @@ class Reweighted(Plain):
 
     Notes
     -----
-    Sample i of a set of N multiplies its ray's weight by N·w_i. The image is then Σ w f over the set, with f
-    averaged over everything else that the path samples: w depends on the set's coordinates only, so unbiased
-    weights give an unbiased image. With the domain ``light`` alone, the weights multiply what the emitter sample
-    brings, and nothing else. Weights that sum to 1 (of all rules but ``bias-function``) leave a constant image
-    constant, exactly, under a box filter; a wider one gives each pixel parts of sets, whose weights do not sum to 1.
-    Extra channels (``aov`` inside) and alpha are not weighted. With ``jitter`` false the image is that of point
-    samples at the pixel centres. The same seeds give the same bits on any number of threads (on processors).
+    Sample i of a set of N multiplies its ray's weight by N·w_i. The image is then Σ w f over the set, with f averaged
+    over everything else that the path samples: w depends on the set's coordinates only, so unbiased weights give an
+    unbiased image. With the domain ``light`` alone, the weights multiply what the emitter sample brings, and nothing
+    else. Weights that sum to 1 (of all rules but ``bias-function``) leave a constant image constant, exactly. A filter
+    wider than a pixel gives each pixel parts of sets: it is divided by the sum of weights times filter values, not by
+    that of the filter values alone. Extra channels (``aov`` inside) and alpha are not weighted. With ``jitter`` false
+    the image is that of point samples at the pixel centres. The same seeds give the same bits on any number of threads
+    (on processors).
 
-    Derivatives are those of the image without blend; through ``prb`` and its kin with the domain ``light``, they have
-    the image's mean but emitter samples of their own, and equal weights.
+    Blend chooses λ by other pixels. In films of fewer than 16 pixels it does so by the sets of a pixel, one after the
+    other, which must then be 8 or more.
+
+    Derivatives are those of the image without blend, divided by the sum of filter values alone; through ``prb`` and its
+    kin with the domain ``light``, they have the image's mean but emitter samples of their own, and equal weights.
     """
 
     plugin_name = "reweighted"
@@ -119,18 +127,16 @@ class Reweighted(Plain):
         self.weighted = read_property(props, "weighted", True)
         self.blend = one_of("blend", read_property(props, "blend", "auto"), ("auto", "off")) == "auto" and self.weighted
         self.reuse = one_of("reuse", read_property(props, "reuse", "hash"), ("hash", "tile"))
-        self.aovs = _names("aovs", read_property(props, "aovs", ""), ("lambda",))
-        self._file = _table_file(props, self.domain)
-        if self._file is None:
-            self.samples = _count(props, "samples")
-            self._recipe = _recipe(props, self.domain, self.weighted)
-        else:
-            self.samples, self._recipe = self._file.n, _recipe_of(self._file)
-        self.tabled = self._recipe.design != SCENE
-        sets = self._recipe.sets
-        if self.blend and sets == 1:
-            raise ValueError("sets must be 2 or more for blend='auto', got 1; or set blend to 'off'")
+        self.aovs = names("aovs", read_property(props, "aovs", ""), ("lambda",))
+        self._file = table_file(props, self.domain)
+        self._settings = None if self._file else read_settings(props, self.domain, weighted=self.weighted)
+        self.samples = self._file.n if self._file else count(props, "samples")
+        self.tabled = self._settings is None or self._settings.design != SCENE
+        sets = self._file.sets if self._file else self._settings.sets if self._settings else 0
+        if self.blend and 0 < sets < FEWEST_SETS:
+            raise ValueError(f"sets must be {FEWEST_SETS} or more for blend='auto', got {sets}; or set blend to 'off'")
         self._n = 0  # samples of a set of the table at hand
+        self._made: Recipe | None = None  # what the table at hand was made of, if it was made here
 
     def aov_names(self) -> list[str]:
         """Names of the extra channels: those of the nested integrator, then one's own."""
@@ -145,40 +151,95 @@ class Reweighted(Plain):
         self.domain.check(scene, sensor)
         super().check(scene, sensor)
 
-    def prepare(self, *args: Any, **named: Any) -> tuple[mi.Sampler, int]:
-        """Settle the samples per pixel, and make the table if it is not there."""
-        sampler, spp = super().prepare(*args, **named)
+    def prepare(
+        self,
+        sensor: mi.Sensor,
+        seed: mi.UInt32 = 0,
+        spp: int = 0,
+        aovs: list[str] | None = None,
+        *,
+        rows: int | None = None,
+    ) -> tuple[mi.Sampler, int]:
+        """Seed the sampler as `Plain` does; for a wavefront that is no band of an image, make the table too."""
+        if rows is None:
+            self.settle(sensor, whole(seed), spp)
+        return super().prepare(sensor, seed, spp, aovs, rows=rows)
+
+    def settle(self, sensor: mi.Sensor, seed: int, spp: int) -> None:
+        """Have the table at hand that an image of this seed takes its sets from."""
+        n = self.set_size(sensor, spp)
+        if not self.tabled or (n == self._n and not self._made):
+            return  # the table at hand is a file's, or was handed over by `take`
+        if self._file is not None:
+            self._upload(self._file)
+        elif (recipe := self.recipe(sensor, seed, spp)) != self._made:
+            self._upload(table_of(recipe))
+            self._made = recipe
+
+    def set_size(self, sensor: mi.Sensor, spp: int) -> int:
+        """Samples of a set; ValueError if they do not divide the samples per pixel."""
+        spp = self.granted(sensor, spp)
         n = self.samples or spp
         if spp % n:
             raise ValueError(f"sets of samples={n} do not divide {spp} samples per pixel; take a multiple of {n}")
-        if self.tabled and n != self._n:
-            self._upload(self._file or table_of(self.recipe(n)))
-        return sampler, spp
+        return n
 
-    def recipe(self, n: int, seed: int | None = None) -> Recipe:
-        """How to make the table for sets of n samples: with the seed of the properties, or another."""
-        sets = self._recipe.sets or max(64, min(1024, TABLE_SIZE // n))
-        return replace(self._recipe, n=n, sets=sets, seed=self._recipe.seed if seed is None else seed)
+    def recipe(self, sensor: mi.Sensor, seed: int, spp: int) -> Recipe:
+        """How to make the table of an image of this seed."""
+        if self._settings is None:
+            raise ValueError("table= names a file, and rounds need a new table each; name its sampler instead")
+        n = self.set_size(sensor, spp)
+        uses = math.prod(Footprint(sensor.film()).window) * (self.granted(sensor, spp) // n)
+        return self._settings.recipe(n, uses, seed)
 
     def take(self, table: SampleTable) -> None:
         """Take another table from the next render on."""
-        if self._file is not None:
-            raise ValueError("table= names a file, and rounds need a new table each; name its sampler instead")
         self._upload(table)
+        self._made = None
 
-    def _upload(self, table: SampleTable) -> None:
-        """Hand points and N·w to the device in its own precision, side by side.
+    def image(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> tuple[Floats, Floats]:
+        """The image before it is developed, and its λ; of few pixels in rounds of a set each, see `Rounds`."""
+        if not self.blend or math.prod(Footprint(sensor.film()).window) >= FEWEST_PIXELS:
+            return super().image(scene, sensor, seed, spp)
+        n = self.set_size(sensor, spp)
+        number = self.granted(sensor, spp) // n
+        self.check_blend(sensor, number)
+        passes = (self.render_pass(scene, sensor, round_seed(seed, k), n) for k in range(number))
+        first = next(passes)
+        rounds = Rounds(first.plain.shape)
+        for done in (first, *passes):
+            rounds.add(done)
+        return rounds.image, rounds.mean_lambda
 
-        Rows of a power of two numbers are read in one go.
+    def check_blend(self, sensor: mi.Sensor, rounds: int) -> None:
+        """Raise ValueError if an image in so many rounds has too few pixels and rounds to choose λ by."""
+        width, height = Footprint(sensor.film()).window
+        if self.blend and width * height < FEWEST_PIXELS and rounds < FEWEST_ROUNDS:
+            raise ValueError(
+                f"blend='auto' cannot choose its share by {width} × {height} pixels with {rounds} sets each, it needs "
+                f"{FEWEST_ROUNDS}; set samples to 1/{FEWEST_ROUNDS} of the samples per pixel or less (voroquad render: "
+                f"--round), blend to 'off' (the weights as they are), or weighted to false"
+            )
+
+    def _upload(self, table: SampleTable) -> Floats:
+        """Hand points, N·w and N·c to the device in its own precision, side by side.
+
+        Rows (sets, n, …) of a power of two numbers are read in one go. The noise contrasts c of the sets of one half
+        of a checkerboard of pixels do not depend on those of the other.
         """
         d, below_one = table.d, np.nextafter(np.float32(1), np.float32(0))
-        self._width = 1 << d.bit_length() if self.weighted else 1 << (d - 1).bit_length()
+        columns = d + 2 * self.weighted
+        self._width = 1 << (columns - 1).bit_length()
         rows = np.zeros((table.sets, table.n, self._width), np.float32)
         rows[..., :d] = np.minimum(table.points.astype(np.float32), below_one)
         if self.weighted:
             rows[..., d] = table.n * table.weights
+            for half in range(HALVES):
+                sets = slice(half, None, HALVES)
+                rows[sets, :, d + 1] = table.n * noise_contrasts(table.points[sets], table.weights[sets])
         self._rows_of_table = mi.Float(rows.ravel())
         self._n, self._sets = table.n, table.sets
+        return rows
 
     # ------------------------------------------------------------------ samples and weights from the table
 
@@ -195,7 +256,7 @@ class Reweighted(Plain):
         else:
             key = group
         hashed, _ = mi.sample_tea_32(key, self._seed)
-        halves = min(2, self._sets)
+        halves = min(HALVES, self._sets)
         half = mi.UInt32((corner.x + corner.y) & (halves - 1))
         of_half = (self._sets + halves - 1 - half) // halves  # every other set, from the half's first
         chosen = halves * dr.mul_hi(hashed, of_half) + half  # ⌊hash · of_half / 2³²⌋
@@ -207,16 +268,16 @@ class Reweighted(Plain):
         """Draw the camera sample, replace its coordinates of the domain, and weigh it."""
         drawn = super().camera_sample(sensor, sampler, index, corner)
         if not self.tabled:
-            return self._weigh(drawn, sampler)
+            return self._weigh(drawn, sampler, corner)
         row = self.row(index, sampler.sample_count(), corner)
         values = dr.gather(mi.ArrayXf, self._rows_of_table, row, shape=(self._width, dr.width(row)))
         d = self.domain.dimension
         self.domain.place(drawn, [values[axis] for axis in range(d)])
         if self.weighted:
-            drawn.factor = values[d]
+            drawn.factor, drawn.noise = values[d], values[d + 1]
         return drawn
 
-    def _weigh(self, drawn: CameraSample, sampler: mi.Sampler) -> CameraSample:
+    def _weigh(self, drawn: CameraSample, sampler: mi.Sampler, corner: mi.Point2i) -> CameraSample:
         """Weigh the sets that the sampler itself has drawn."""
         if self._first_hit is not None:
             drawn.light = mi.Point2f(sampler.next_2d())  # what a path tracer draws next
@@ -224,7 +285,13 @@ class Reweighted(Plain):
             u = self.domain.coordinates(drawn)
             dr.eval(u)
             n = self.samples or sampler.sample_count()
-            drawn.factor = mi.Float(self._factors(np.stack(u, -1).reshape(-1, n, len(u))).ravel())
+            points = np.stack(u, -1).reshape(-1, n, len(u))
+            factors = self._factors(points)
+            half = np.broadcast_to(np.array(corner.x + corner.y) & 1, points.shape[0] * n)[::n]
+            noise = np.zeros_like(factors)
+            for own in (half == 0, half == 1):
+                noise[own] = n * noise_contrasts(points[own].astype(np.float64), factors[own] / n)
+            drawn.factor, drawn.noise = mi.Float(factors.ravel()), mi.Float(noise.ravel())
         return drawn
 
     def _factors(self, points: Floats) -> Floats:
@@ -232,9 +299,14 @@ class Reweighted(Plain):
         factors = np.empty(points.shape[:2], np.float32)
         parts = max(1, points.size // _AT_ONCE)
         for own, sets in zip(np.array_split(factors, parts), np.array_split(points, parts), strict=True):
-            measures = cells(sets, periodic=True).measures if self._recipe.periodic else weights(sets)
+            measures = cells(sets, periodic=True).measures if self._periodic else weights(sets)
             np.multiply(measures, points.shape[1], out=own, casting="same_kind")
         return factors
+
+    @property
+    def _periodic(self) -> bool:
+        """Are the weights those of cells on a circle?"""
+        return self._settings is not None and self._settings.periodic
 
     @property
     def _weighs_all(self) -> bool:
@@ -280,16 +352,25 @@ class Reweighted(Plain):
             return light.sampled + light.rest, mi.Spectrum(0), light.valid, []
         return light.sampled, light.rest, light.valid, []
 
-    def values(
-        self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays
-    ) -> tuple[list[mi.Float], list[mi.Float]]:
+    def layout(self, film: mi.Film) -> Layout:
+        """The columns of the sums over rays."""
+        return Footprint(film).layout(self.channels(film), weights=self.weighted, partly=not self._weighs_all)
+
+    def values(self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays) -> Contributions:
         """What rays bring to the channels of the film (colours, alpha, others), and what the weights add to colours."""
         weighed, rest, valid, aovs = self.split(scene, sampler, rays, mi.Bool(True), alpha=has_alpha(film))
         weighed_colour, rest_colour = (colour(part * rays.weight, rays.ray.wavelengths) for part in (weighed, rest))
         channels = self._film_channels(film, weighed_colour + rest_colour, valid, aovs)
         if rays.drawn.factor is None:
-            return channels, []
-        return channels, [*(weighed_colour * (rays.drawn.factor - 1))]
+            return Contributions(channels)
+        excess = rays.drawn.factor - 1
+        return Contributions(
+            channels,
+            [*(weighed_colour * excess)],
+            [*(weighed_colour * rays.drawn.noise)],
+            excess,
+            [] if self._weighs_all else [*weighed_colour],
+        )
 
     def render_forward(self, scene: mi.Scene, params: Any, sensor: Any = 0, *args: Any, **named: Any) -> mi.TensorXf:
         """Forward derivative of the image without blend."""
@@ -306,68 +387,5 @@ class Reweighted(Plain):
     def to_string(self) -> str:
         return (
             f"{type(self).__name__}[domain = {self.domain.name}, weighted = {self.weighted}, blend = {self.blend}, "
-            f"{self._recipe}, nested = {self.nested}]"
+            f"{self._settings or self._file}, nested = {self.nested}]"
         )
-
-
-# ---------------------------------------------------------------------- properties
-
-
-def _count(props: mi.Properties, name: str) -> int:
-    """A property that counts something; 0 leaves the choice to us."""
-    return positive_int(name, count) if (count := read_property(props, name, 0)) else 0
-
-
-def _names(name: str, text: str, known: Iterable[str]) -> list[str]:
-    """The names of a property that lists some, separated by commas."""
-    return [one_of(name, part.strip(), known) for part in text.split(",") if part.strip()]
-
-
-def _recipe(props: mi.Properties, domain: Domain, weighted: bool) -> Recipe:
-    """How to make the table. The size n of its sets, and their number where it is 0, are settled when rendering."""
-    design = one_of("sampler", read_property(props, "sampler", "stratified"), (*DESIGNS, SCENE))
-    order, seed = read_property(props, "order", 0), read_property(props, "table_seed", 0)
-    debias = one_of("debias", read_property(props, "debias", "none"), DEBIAS)
-    if not 0 <= order <= MAX_ORDER:
-        raise ValueError(f"order must be a whole number from 0 to {MAX_ORDER}, got {order}")
-    if seed < 0:
-        raise ValueError(f"table_seed must be at least 0, got {seed}")
-    cellular = (order, debias) == (0, "none")
-    if weighted and design == SCENE and not cellular:
-        raise ValueError(
-            f"sampler='scene' has order 0 and debias 'none' only, got order={order}, debias={debias!r}; "
-            "name a design such as 'stratified' for other rules"
-        )
-    if design != SCENE:
-        DESIGNS[design].check_dimension(domain.dimension)
-    if weighted:  # whether the rule exists does not depend on n: say so before anything is rendered
-        find_rule(SetKind(design, 1, domain.dimension), order, debias)
-    return Recipe(
-        design, 0, domain.dimension, _count(props, "sets"), order, debias, seed,
-        periodic=domain.periodic and cellular, weighted=weighted,
-    )  # fmt: skip
-
-
-def _recipe_of(table: SampleTable) -> Recipe:
-    """What is known of how a table in a file was made."""
-    return Recipe(table.design, table.n, table.d, table.sets, table.order, table.debias)
-
-
-def _table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:
-    """The table of the property ``table``, or None without it."""
-    if "table" not in props:
-        return None
-    settled = [key for key in ("sampler", "order", "debias", "samples", "sets", "table_seed") if key in props]
-    if settled:
-        raise ValueError(f"table={props['table']!r} settles {', '.join(settled)}; leave them out")
-    if not props["table"]:
-        raise ValueError("table names no file; give one that 'voroquad table' made, or leave it out")
-    try:
-        table = SampleTable.load(props["table"])
-    except FileNotFoundError:
-        raise ValueError(f"there is no table={props['table']!r}; make it with 'voroquad table'") from None
-    if table.d != domain.dimension:
-        raise ValueError(
-            f"table={props['table']!r} has d = {table.d}, but domain {domain.name!r} has d = {domain.dimension}"
-        )
-    return table

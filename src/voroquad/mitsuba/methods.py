@@ -63,6 +63,7 @@ class Method:
         if self.kind == "reweighted":
             integrator.check(stage.scene, stage.sensor)
             integrator.check_samples(stage.sensor, spp)
+            integrator.check_blend(stage.sensor, 1)
             sample(self.properties["sampler"], spp, integrator.domain.dimension, rng=0)
 
     def makes(self, spp: int) -> bool:
@@ -79,8 +80,11 @@ class Method:
             mi.set_log_level(level)
 
 
-def _sets(design: str, color: str, label: str | None = None) -> list[Method]:
-    """The sets of a design: with equal weights, with those of their cells, and with as much of those as helps."""
+def _sets(design: str, color: str, label: str | None = None, **rule: Any) -> list[Method]:
+    """The sets of a design: with equal weights, with those of a rule, and with as much of those as helps.
+
+    Without a rule it is the plug-in's default, which is unbiased.
+    """
     label = label or design
     looks = {"": Line(color, "dashed"), " + w": Line(color, marker="circle"), " + blend": Line(color, marker="diamond")}
     suffixes = {"": "", " + w": "-w", " + blend": "-blend"}
@@ -89,7 +93,7 @@ def _sets(design: str, color: str, label: str | None = None) -> list[Method]:
             design + suffixes[kind],
             label + kind,
             "reweighted",
-            {"sampler": design, "weighted": kind != "", "blend": "auto" if kind == " + blend" else "off"},
+            {"sampler": design, "weighted": kind != "", "blend": "auto" if kind == " + blend" else "off"} | rule,
             line,
         )
         for kind, line in looks.items()
@@ -104,7 +108,8 @@ def _of_mitsuba(sampler: str, color: str, dash: str) -> Method:
 
 UNIFORM, UNIFORM_W, _ = _sets("uniform", BLUE)
 STRATIFIED = _sets("stratified", VERMILION)
-SOBOL = _sets("sobol", GREEN, "Sobol'")
+#: No unbiased rule weighs single sets of Sobol' points: their cells, biased at the border of the domain
+SOBOL = _sets("sobol", GREEN, "Sobol'", debias="none")
 ZERO_TWO = _sets("zero-two", SKY)[0]
 HALTON = _sets("halton", PURPLE, "Halton")[0]
 JOINT = Method(

@@ -9,7 +9,7 @@ import mitsuba as mi
 import numpy as np
 from mitsuba.python.ad.integrators.common import ADIntegrator
 
-from .accumulation import Footprint, Pass, pixel_means, quotient
+from .accumulation import Contributions, Footprint, Layout, Pass, pixel_means, quotient
 from .blend import Floats
 from .developing import base_channels, channel_names, develop, has_alpha
 from .domains import CameraSample
@@ -199,30 +199,41 @@ class Plain(ADIntegrator):
         if isinstance(sensor, int):
             sensor = scene.sensors()[sensor]
         with dr.suspend_grad():
-            return self.develop(sensor.film(), *alone(self.render_pass(scene, sensor, seed, spp), blend=self.blend))
+            return self.develop(sensor.film(), *self.image(scene, sensor, whole(seed), spp))
 
-    def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: mi.UInt32, spp: int) -> Pass:
+    def image(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> tuple[Floats, Floats]:
+        """The image (height, width, channels) before it is developed, and its λ (height, width)."""
+        return alone(self.render_pass(scene, sensor, seed, spp), blend=self.blend)
+
+    def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> Pass:
         """Trace all rays, band after band; the image with equal weights, and what the weights change."""
         footprint, spp = Footprint(sensor.film()), self.granted(sensor, spp)
         bands = footprint.bands(spp)
-        seed = int(np.array(seed).ravel()[0])
         strips = (self.render_band(scene, sensor, seed, spp, number) for number in range(len(bands)))
-        return footprint.whole(strips, bands, self.channels(sensor.film()))
+        return footprint.whole(strips, bands, self.layout(sensor.film()))
 
     def render_band(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, number: int) -> Floats:
         """The strip of a band, see `Footprint`: the same bits whenever and wherever it is rendered."""
         self.check(scene, sensor)
+        self.settle(sensor, seed, spp)
         footprint = Footprint(sensor.film())
         band = footprint.bands(spp)[number]
         means = self.band_means(scene, sensor, band_seed(seed, number), spp, band)
-        return footprint.strip(means, self.channels(sensor.film()), band)
+        return footprint.strip(means, self.layout(sensor.film()), band)
 
     def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, band: range) -> Floats:
-        """Means over the rays of each pixel of a band of what they give, see `Footprint.spread`."""
+        """Means over the rays of each pixel of a band of what they bring, in the columns of `Layout.row`."""
         sampler, spp = self.prepare(sensor, seed, spp, self.aov_names(), rows=len(band))
         rays = self.camera_rays(sensor, sampler, band)
-        channels, change = self.values(scene, sensor.film(), sampler, rays)
-        return pixel_means(Footprint(sensor.film()).spread(channels, change, rays.drawn.pixel), rays.index, spp)
+        return pixel_means(self.columns(scene, sensor.film(), sampler, rays), rays.index, spp)
+
+    def columns(self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays) -> list[mi.Float]:
+        """What rays bring, in the columns of `Layout.row`."""
+        layout, values = self.layout(film), self.values(scene, film, sampler, rays)
+        return layout.row(values, Footprint(film).weights(rays.drawn.pixel) if layout.taps else [])
+
+    def settle(self, sensor: mi.Sensor, seed: int, spp: int) -> None:
+        """Make what all bands of an image share."""
 
     def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
         """Raise ValueError if the film has no colours, no pixels or too many."""
@@ -236,12 +247,15 @@ class Plain(ADIntegrator):
         """The number of channels that are rendered: colours, alpha where the film has it, the nested integrator's."""
         return base_channels(film) + len(self._tracer.extras(alpha=has_alpha(film)))
 
-    def values(
-        self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays
-    ) -> tuple[list[mi.Float], list[mi.Float]]:
+    def layout(self, film: mi.Film) -> Layout:
+        """The columns of the sums over rays."""
+        return Footprint(film).layout(self.channels(film))
+
+    def values(self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays) -> Contributions:
         """What rays bring to the channels of the film (colours, alpha, others), and what weights add to colours."""
         radiance, valid, extras = self.follow(scene, sampler, rays, mi.Bool(True), alpha=has_alpha(film))
-        return self._film_channels(film, colour(radiance * rays.weight, rays.ray.wavelengths), valid, extras), []
+        colours = colour(radiance * rays.weight, rays.ray.wavelengths)
+        return Contributions(self._film_channels(film, colours, valid, extras))
 
     @staticmethod
     def _film_channels(film: mi.Film, colours: mi.Color3f, valid: mi.Bool, extras: list[mi.Float]) -> list[mi.Float]:
@@ -303,6 +317,11 @@ class _Lent:
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._nested, name)
+
+
+def whole(seed: int | mi.UInt32) -> int:
+    """A seed as Mitsuba hands it over, an integer or an array of one."""
+    return int(np.array(seed).ravel()[0])
 
 
 def band_seed(seed: int, number: int) -> int:

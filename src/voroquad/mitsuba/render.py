@@ -25,7 +25,7 @@ from .bands import Camera, Shot, forgetting
 from .blend import Floats
 from .errors import one_line_errors
 from .loading import scene_path, use_variant
-from .rounds import Rounds
+from .rounds import Rounds, round_seed
 
 DEFAULT_SPP = 64
 #: Samples per pixel of a round at most, unless asked for
@@ -144,8 +144,9 @@ class Plan:
         """After how many rounds to stop, as it looks now: `here` of the rounds took so many seconds in this run."""
         limits = [] if self.rounds is None else [self.rounds]
         if self.target_error is not None and rounds.count >= FEWEST_TO_JUDGE:
-            # The error falls as 1/√rounds
-            limits.append(max(rounds.count, math.ceil(rounds.count * (rounds.error / self.target_error) ** 2)))
+            # The error falls as 1/√rounds; where it cannot be told, more rounds do not tell it either
+            ratio = rounds.error / self.target_error
+            limits.append(rounds.count if math.isnan(ratio) else max(rounds.count, math.ceil(rounds.count * ratio**2)))
         if self.seconds is not None and here > 0:
             limits.append(rounds.count + max(0, int((self.seconds - seconds) * here / seconds)))
         return min(limits, default=None)
@@ -159,11 +160,6 @@ def parse_seconds(text: str | None) -> float | None:
     if match is None:
         raise ValueError(f"time must look like 60s, 5m or 2h, got {text!r}")
     return float(match[1]) * {"": 1, "s": 1, "m": 60, "h": 3600}[match[2]]
-
-
-def round_seed(seed: int, number: int) -> int:
-    """The seed of a round: of the first the render's own, of the others independent ones."""
-    return seed if number == 0 else int(np.random.SeedSequence((seed, number)).generate_state(1)[0])
 
 
 def state_path(out: str | os.PathLike[str]) -> Path:
@@ -197,8 +193,8 @@ def render(
     domain: str = "lens",
     spp: int | None = None,
     sampler: str = "stratified",
-    order: int = 0,
-    debias: str = "none",
+    order: int | None = None,
+    debias: str = "auto",
     weighted: bool = True,
     blend: str = "auto",
     jitter: bool = True,
@@ -250,8 +246,9 @@ def render(
     Returns
     -------
     dict
-        The path written, the size, the rounds and samples per pixel, the mean radiance, the error
-        (`Rounds.error`, None for a single round).
+        The path written, the size, the rounds and samples per pixel, the mean radiance, the error (`Rounds.error`, None
+        where it cannot be told, as after a single round), the number of pixels that are not finite. Mean and error are
+        over the finite ones.
 
     Raises
     ------
@@ -267,11 +264,13 @@ def render(
     use_variant(domain, variant)
     settings = {"domain": domain, "sampler": sampler, "order": order, "debias": debias, "weighted": weighted,
                 "blend": blend, "jitter": jitter}  # fmt: skip
-    properties = settings | {"table_seed": seed}
+    properties = {name: value for name, value in settings.items() if value is not None}
     shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", properties, sensor, dict(parameters or {}))
     loaded, camera_sensor, integrator = shot.loaded()
     integrator.check(loaded, camera_sensor)
     integrator.check_samples(camera_sensor, plan.n)
+    if plan.rounds is not None:
+        integrator.check_blend(camera_sensor, plan.rounds)
     film = camera_sensor.film()
     key = settings | shot.key() | {"size": [int(n) for n in film.crop_size()], "round": plan.n, "seed": seed}
 
@@ -283,7 +282,7 @@ def render(
     bands = camera.bands(plan.n)
     numbers = itertools.count(rounds.count if rounds else 0)
     series = (
-        camera.series(f"round-{k}", plan.n, round_seed(seed, k), round_seed(seed, k))
+        camera.series(f"round-{k}", plan.n, round_seed(seed, k))
         for k in itertools.takewhile(lambda k: plan.rounds is None or k < plan.rounds, numbers)
     )
     start, here, next_image = time.monotonic(), 0, -math.inf
@@ -304,16 +303,16 @@ def render(
                 write_rounds(film, integrator, rounds, out)
                 next_image = time.monotonic() + PICTURES * (time.monotonic() - begun)
             advance(_progress(rounds), 0, end and end * bands)
-    image = rounds.image
-    height, width = image.shape[:2]
+    height, width = rounds.mean_lambda.shape
     return {
         "output": os.fspath(out),
         "width": width,
         "height": height,
         "spp": rounds.count * plan.n,
         "rounds": rounds.count,
-        "mean": float(image[..., :3].mean()),
+        "mean": rounds.mean if math.isfinite(rounds.mean) else None,
         "error": rounds.error if math.isfinite(rounds.error) else None,
+        "not_finite": int((~rounds.finite).sum()),
     }
 
 
@@ -322,4 +321,9 @@ def _progress(rounds: Rounds | None) -> str:
     if rounds is None:
         return "round 1"
     error = f", error {rounds.error:.2%}" if math.isfinite(rounds.error) else ""
-    return f"round {rounds.count}{error}"
+    return f"round {rounds.count}{error}{not_finite(int((~rounds.finite).sum()))}"
+
+
+def not_finite(pixels: int) -> str:
+    """What to say of so many pixels that are not finite."""
+    return f", {pixels} pixels not finite" if pixels else ""

@@ -11,13 +11,19 @@ import os
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._support.files import atomic_path
 from .accumulation import Pass
 from .blend import Floats, Share, of_own_half
 
 #: Raise it when the arrays of a state change their meaning, or a pass its bits
-_FORMAT = 2
+_FORMAT = 3
+
+
+def round_seed(seed: int, number: int) -> int:
+    """The seed of a round: of the first the render's own, of the others independent ones."""
+    return seed if number == 0 else int(np.random.SeedSequence((seed, number)).generate_state(1)[0])
 
 
 def first_share(done: Pass, *, blend: bool) -> tuple[Floats, Share]:
@@ -25,7 +31,7 @@ def first_share(done: Pass, *, blend: bool) -> tuple[Floats, Share]:
     if not blend:
         return np.ones((2, *done.size), np.float32), Share(*done.size)
     share = Share(*done.size)
-    share.observe(done.pixel_plain, done.pixel_difference)
+    share.observe_noise(done.pixel_plain, done.pixel_difference, done.pixel_noise)
     return share.halves(), share
 
 
@@ -70,7 +76,7 @@ class Rounds:
             share, self.share = first_share(done, blend=self.blend)
         elif self.blend:
             share = np.broadcast_to(self.share.map(), (2, *done.size))
-            self.share.observe(done.pixel_plain, done.pixel_difference, self.plain / self.count)
+            self.share.observe_deviation(done.pixel_plain, done.pixel_difference, self.plain / self.count)
         else:
             share = np.ones((2, *done.size), np.float32)
         colours = done.blended(share)[..., :3].astype(np.float64)
@@ -96,16 +102,31 @@ class Rounds:
         """Estimated variance (height, width, 3) of the mean's colours; it takes two rounds."""
         if self.count < 2:
             raise ValueError(f"the variance needs two rounds or more, got {self.count}")
-        spread = self.squares - self.colours**2 / self.count
+        with np.errstate(invalid="ignore"):  # of pixels that are not finite
+            spread = self.squares - self.colours**2 / self.count
         return np.maximum(spread, 0) / (self.count * (self.count - 1))
 
     @property
+    def finite(self) -> NDArray[np.bool_]:
+        """Which pixels (height, width) are finite: those of which a ray brought NaN or infinity are not."""
+        return np.asarray(np.isfinite(self.colours).all(-1))
+
+    @property
+    def mean(self) -> float:
+        """Mean radiance over the finite pixels and the colours; nan if there are none."""
+        finite = self.finite
+        return float(self.colours[finite].mean()) / self.count if finite.any() else math.nan
+
+    @property
     def error(self) -> float:
-        """Standard error of a pixel (root mean square over the image) over the mean radiance; inf before round 2."""
+        """Standard error of a pixel (root mean square over the finite pixels) over the mean radiance.
+
+        Infinite before the second round; nan where it cannot be told: no pixel is finite, or all are black.
+        """
         if self.count < 2:
             return math.inf
-        level = abs(float(self.colours.mean())) / self.count
-        return math.sqrt(float(self.variance.mean())) / level if level > 0 else 0.0
+        level = abs(self.mean)
+        return math.sqrt(float(self.variance[self.finite].mean())) / level if level > 0 else math.nan
 
     # ------------------------------------------------------------------ the state on disk
 
@@ -114,7 +135,7 @@ class Rounds:
     def save(self, path: str | os.PathLike[str], key: dict[str, Any]) -> None:
         """Write the state, whole or not at all, with the settings `key` that it belongs to."""
         arrays = {name: getattr(self, name) for name in self._ARRAYS}
-        arrays |= {"share_products": self.share.products, "share_squares": self.share.squares}
+        arrays["share_moments"] = self.share.moments
         header = json.dumps({"format": _FORMAT, "count": self.count, "blend": self.blend, "key": key})
         with atomic_path(path) as temporary, temporary.open("wb") as file:
             np.savez(file, header=np.array(header), **arrays)
@@ -131,11 +152,12 @@ class Rounds:
         try:
             with np.load(path, allow_pickle=False) as file:
                 header = json.loads(str(file["header"]))
-                arrays = {name: file[name] for name in (*cls._ARRAYS, "share_products", "share_squares")}
+                if header["format"] != _FORMAT:
+                    raise ValueError(f"it is of format {header['format']}, not {_FORMAT}")
+                arrays = {name: file[name] for name in (*cls._ARRAYS, "share_moments")}
             height, width = arrays["lambdas"].shape
             rounds = cls((height, width, 3 + arrays["others"].shape[-1]), blend=header["blend"])
             known, rounds.count = header["key"], int(header["count"])
-            current = header["format"] == _FORMAT
         except FileNotFoundError:
             raise ValueError(f"there is no {os.fspath(path)!r} to resume from; leave --resume out") from None
         except Exception as error:  # a damaged archive fails in as many ways as zipfile, numpy and json have parts
@@ -143,12 +165,12 @@ class Rounds:
                 f"{os.fspath(path)!r} is no state of a render or is damaged ({error}); leave --resume out to begin anew"
             ) from None
         other = sorted(name for name in known.keys() | key.keys() if known.get(name) != key.get(name))
-        if other or not current:
-            what = "; ".join(f"{name} is {key.get(name)!r}, was {known.get(name)!r}" for name in other) or "its format"
+        if other:
+            what = "; ".join(f"{name} is {key.get(name)!r}, was {known.get(name)!r}" for name in other)
             raise ValueError(
                 f"{os.fspath(path)!r} belongs to another render ({what}); give the same options, or leave --resume out"
             )
         for name in cls._ARRAYS:
             setattr(rounds, name, arrays[name])
-        rounds.share.products, rounds.share.squares = arrays["share_products"], arrays["share_squares"]
+        rounds.share.moments = arrays["share_moments"]
         return rounds

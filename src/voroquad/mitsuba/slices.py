@@ -15,9 +15,10 @@ from ..sample_tables import SampleTable
 from .accumulation import Footprint
 from .blend import Floats
 from .domains import CameraSample
-from .integrator import SCENE, Reweighted
+from .integrator import HALVES, Reweighted
 from .motion import Track, TransformTrack, key_of_dict, keyframes
 from .plain import Plain
+from .recipes import SCENE
 
 #: What a parameter of the scene is at a time
 Course = Callable[[Any], Any]
@@ -124,8 +125,7 @@ class ReweightedSlices(Reweighted):
         spp: int,
     ) -> Floats:
         """Means over the slices of the pixels (2, n) of the window that share their times."""
-        film = sensor.film()
-        footprint = Footprint(film)
+        film, footprint = sensor.film(), Footprint(sensor.film())
         corner = mi.Point2i(pixels.astype(np.int32)) + mi.ScalarPoint2i(film.crop_offset()) - footprint.border
         index = dr.arange(mi.UInt32, pixels.shape[1])
         rng = np.random.default_rng(key)
@@ -136,10 +136,9 @@ class ReweightedSlices(Reweighted):
         sums: list[mi.Float] = []
         for slice_row in self._rows(rng, (key[0] + key[1]) % 2, spp):
             self._row = slice_row
-            set_time(sensor.shutter_open() + self._table_at_hand.points.flat[self._row] * sensor.shutter_open_time())
-            rays = self.rays_of(sensor, sampler, index, corner)
-            channels, change = self.values(scene, film, sampler, rays)
-            values = footprint.spread(channels, change, rays.drawn.pixel)
+            time = float(self._slices_of_table[self._row, 0])
+            set_time(sensor.shutter_open() + time * sensor.shutter_open_time())
+            values = self.columns(scene, film, sampler, self.rays_of(sensor, sampler, index, corner))
             sums = [s + v for s, v in zip(sums, values, strict=True)] if sums else values
             sampler.advance()
             sampler.schedule_state()
@@ -150,26 +149,26 @@ class ReweightedSlices(Reweighted):
 
     def _rows(self, rng: np.random.Generator, half: int, spp: int) -> Iterator[int]:
         """Rows of the table for `spp` slices: those of sets drawn from a half's."""
-        table = self._table_at_hand
-        halves = min(2, table.sets)
-        own = np.arange(half % halves, table.sets, halves)
-        for chosen in rng.choice(own, spp // table.n):
-            yield from range(int(chosen) * table.n, (int(chosen) + 1) * table.n)
+        halves = min(HALVES, self._sets)
+        own = np.arange(half % halves, self._sets, halves)
+        for chosen in rng.choice(own, spp // self._n):
+            yield from range(int(chosen) * self._n, (int(chosen) + 1) * self._n)
 
-    def _upload(self, table: SampleTable) -> None:
-        """Keep the table here too: its times say where the scene is set to."""
-        super()._upload(table)
-        self._table_at_hand = table
+    def _upload(self, table: SampleTable) -> Floats:
+        """Keep times and weights here too: the scene is set to a time, and all rays of a slice have them in common."""
+        rows = super()._upload(table)
+        self._slices_of_table = rows.reshape(-1, rows.shape[-1])
+        return rows
 
     def camera_sample(
         self, sensor: mi.Sensor, sampler: mi.Sampler, index: mi.UInt32, corner: mi.Point2i
     ) -> CameraSample:
         """Draw the camera sample, at the time and with the weight of the slice."""
         drawn = Plain.camera_sample(self, sensor, sampler, index, corner)
-        table = self._table_at_hand
-        drawn.time = dr.opaque(mi.Float, float(table.points.flat[self._row]))
+        time, *weights = (dr.opaque(mi.Float, float(value)) for value in self._slices_of_table[self._row])
+        drawn.time = time
         if self.weighted:
-            drawn.factor = dr.opaque(mi.Float, float(table.n * table.weights.flat[self._row]))
+            drawn.factor, drawn.noise = weights[:2]
         return drawn
 
     @contextmanager
