@@ -1,18 +1,21 @@
 # make demo   the talk's study and a depth-of-field comparison at a small size, then out/index.html
 # make docs   the documentation as a site
-# make test   what CI runs; make test-all adds the slow tests
+# make test   what CI runs; make test-all adds the slow tests and prints the coverage of lines and branches
+# make test-oldest   the tests of make test with the lowest versions that pyproject.toml admits
+# Another Python, in an environment of its own: make test PYTHON=python3.13 VENV=.venv-3.13
 # Every target makes what it needs first: .venv, the installed package, libLLVM, Clang for the C++ tests,
 # Chromium for the browser tests.
 
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
+BUILD := 'scikit-build-core>=0.10' 'nanobind>=2.4' 'cmake>=3.18,<4.2' 'ninja>=1.5'
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 CORE := $(shell find include src/bindings -name '*.[ch]pp') CMakeLists.txt
 CPP := $(shell find include src/bindings tests/cpp examples/cpp -name '*.[ch]pp')
 
-.PHONY: install llvm clang chromium demo test test-all lint format docs figures clean
+.PHONY: install llvm clang chromium demo test test-all test-oldest lint format docs figures clean
 
 install: $(VENV)/.installed
 
@@ -24,7 +27,7 @@ $(BIN)/python:
 
 $(VENV)/.installed: $(BIN)/python pyproject.toml $(CORE)
 	@command -v $${CXX:-c++} >/dev/null || { echo "voroquad needs a C++20 compiler: apt-get install g++"; exit 1; }
-	$(BIN)/pip install -q 'scikit-build-core>=0.10' 'nanobind>=2.4' 'cmake>=3.18,<4.2' ninja
+	$(BIN)/pip install -q $(BUILD)
 	$(BIN)/pip install -q --no-build-isolation --no-deps -e .
 	$(BIN)/pip install -q 'voroquad[dev]' # of the one just installed; sdists among these bring their own build tools
 	@touch $@
@@ -42,13 +45,29 @@ demo: install llvm
 	$(BIN)/voroquad demo -o out
 
 # Two processes of one thread each: threads of both on the same cores would wait for one another
-PYTEST := VOROQUAD_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 $(BIN)/python -m pytest -n 2 --dist worksteal
+ONE_THREAD := VOROQUAD_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
+PYTEST := -m pytest -n 2 --dist worksteal
 
 test: install llvm clang chromium lint
-	$(PYTEST) -m 'not slow'
+	$(ONE_THREAD) $(BIN)/python $(PYTEST) -m 'not slow'
 
+# The programs that tests start are measured too, and all is put together
 test-all: install llvm clang chromium lint
-	$(PYTEST)
+	$(BIN)/coverage erase
+	$(ONE_THREAD) $(BIN)/coverage run $(PYTEST)
+	$(BIN)/coverage combine -q
+	$(BIN)/coverage report
+
+OLDEST := .venv-oldest
+UV := $(OLDEST)/bin/uv pip install -q --python $(OLDEST)/bin/python --resolution lowest-direct
+
+test-oldest: llvm clang chromium
+	$(PYTHON) -m venv --clear $(OLDEST)
+	$(OLDEST)/bin/pip install -q uv # which can resolve to the lowest versions
+	$(UV) $(BUILD)
+	$(UV) --no-build-isolation --no-deps -C build-dir=build/oldest -e .
+	$(UV) -r pyproject.toml --extra dev
+	$(ONE_THREAD) $(OLDEST)/bin/python $(PYTEST) -m 'not slow'
 
 lint: install
 	$(BIN)/ruff check -q .
@@ -73,4 +92,4 @@ figures: install llvm
 	$(BIN)/python scripts/publish_figures.py build/figures
 
 clean:
-	rm -rf build out $(VENV)
+	rm -rf build out $(VENV) $(OLDEST)

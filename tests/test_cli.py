@@ -123,7 +123,7 @@ def test_integrate_refuses_in_one_line(voroquad, arguments, message):
 
 
 def test_ctrl_c_and_a_kill_leave_nothing(tmp_path):
-    for sent in (signal.SIGINT, signal.SIGTERM):
+    for sent in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         run = subprocess.Popen([*PROGRAM, "study", "-o", "deep/out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
         while not list(tmp_path.glob("deep/.out-*")):  # until it is at work
             assert run.poll() is None

@@ -381,7 +381,10 @@ def _pool(scheduler: str | None, workers: int | None, store: str | None, output:
 
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2."""
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # clean up as on Ctrl-C
+    for name in ("SIGTERM", "SIGHUP"):  # clean up as on Ctrl-C, but under nohup a closed terminal means nothing
+        number = getattr(signal, name, None)  # Windows has no SIGHUP
+        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
+            signal.signal(number, signal.default_int_handler)
     try:
         if (code := app(standalone_mode=False)) == INTERRUPTED:
             raise KeyboardInterrupt

@@ -14,6 +14,7 @@ import time
 import mitsuba as mi
 import numpy as np
 import pytest
+from cpu_time import cpu_time
 from typer.testing import CliRunner
 
 from voroquad.cli import app
@@ -365,3 +366,18 @@ def test_no_libllvm_is_one_line(tmp_path):
     assert "apt-get install libllvm19" in done.stderr
     assert "Traceback" not in done.stderr
     assert not list(tmp_path.iterdir())
+
+
+@pytest.mark.parametrize(
+    ("plan", "message"),
+    [
+        ({"spp": 10**20}, "spp must be at most 4294967296, got 100000000000000000000"),
+        ({"spp": 64, "per_round": 10**20}, "round must be at most"),
+        ({"spp": 2**32 - 5, "per_round": 64}, "such as 1$"),  # a prime
+        ({"spp": 2**32, "per_round": 100}, "such as 128$"),
+    ],
+)
+def test_a_plan_of_any_size_is_refused_at_once(plan, message):
+    with cpu_time() as seconds, pytest.raises(ValueError, match=message):
+        renderer.Plan(**plan)
+    assert seconds() < 0.5  # all divisors of 2^32 took minutes

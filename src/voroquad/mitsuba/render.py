@@ -28,6 +28,8 @@ from .loading import scene_path, use_variant
 from .rounds import Rounds, round_seed
 
 DEFAULT_SPP = 64
+#: Samples per pixel of an image at most
+MOST_SPP = 2**32
 #: Samples per pixel of a round at most, unless asked for
 LONGEST_ROUND = 256
 #: Where rounds come fast, from many workers: time between two images of them over the time to write one
@@ -106,12 +108,15 @@ class Plan:
     def __post_init__(self) -> None:
         for name in ("spp", "per_round"):
             if getattr(self, name) is not None:
-                positive_int({"per_round": "round"}.get(name, name), getattr(self, name))
+                called = {"per_round": "round"}.get(name, name)
+                if positive_int(called, getattr(self, name)) > MOST_SPP:
+                    raise ValueError(f"{called} must be at most {MOST_SPP}, got {getattr(self, name)}")
         for name, value in (("time", self.seconds), ("target_error", self.target_error)):
             if value is not None and not 0 < value < math.inf:
                 raise ValueError(f"{name} must be a number above 0, got {value}")
         if self.samples is not None and self.rounds is not None and self.rounds * self.n != self.samples:
-            divisors = [n for n in range(1, self.samples + 1) if self.samples % n == 0]
+            small = [n for n in range(1, math.isqrt(self.samples) + 1) if self.samples % n == 0]
+            divisors = [*small, *(self.samples // n for n in small)]
             raise ValueError(
                 f"rounds of {self.n} do not divide spp={self.samples}; take spp={self.rounds * self.n}, "
                 f"or a --round that divides, such as {min(divisors, key=lambda n: abs(n - self.n))}"
