@@ -55,19 +55,25 @@ public:
     }
 
 private:
+    // Axes whose polynomials are multiplied before their exponentials: the product of all could
+    // overflow.
+    static constexpr std::size_t axes_at_once = 16;
+
     // k between x, in scaled coordinates, and the first `count` points.
     void row(const double *x, std::size_t count, double *sum, double *k) const {
-        std::fill_n(sum, count, 0.0);
         std::fill_n(k, count, 1.0);
-        for (std::size_t a = 0; a < d_; ++a) {
-            const double *y = scaled_.data() + a * n_, xa = x[a];
-            for (std::size_t j = 0; j < count; ++j) {
-                const double s = std::abs(y[j] - xa);
-                sum[j] += s;
-                k[j] *= 1.0 + s * (1.0 + s * (0.4 + s * (1.0 / 15.0)));
+        for (std::size_t first = 0; first < d_; first += axes_at_once) {
+            std::fill_n(sum, count, 0.0);
+            for (std::size_t a = first; a < std::min(d_, first + axes_at_once); ++a) {
+                const double *y = scaled_.data() + a * n_, xa = x[a];
+                for (std::size_t j = 0; j < count; ++j) {
+                    const double s = std::abs(y[j] - xa);
+                    sum[j] += s;
+                    k[j] *= 1.0 + s * (1.0 + s * (0.4 + s * (1.0 / 15.0)));
+                }
             }
+            for (std::size_t j = 0; j < count; ++j) k[j] *= std::exp(-sum[j]);
         }
-        for (std::size_t j = 0; j < count; ++j) k[j] *= std::exp(-sum[j]);
     }
 
     std::size_t n_, d_;

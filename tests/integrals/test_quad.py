@@ -485,3 +485,8 @@ def test_limits_of_two_libraries_are_refused():
 def test_bad_tolerances_and_workers_are_named(arguments, message):
     with pytest.raises(ValueError, match=message):
         vq.quad(lambda x: x[0], 0, 1, **arguments)
+
+
+def test_hundreds_of_dimensions():
+    r = vq.quad(lambda x: x[0] + x[-1], [0] * 400, [1] * 400, n_points=256, rng=1)
+    assert abs(r.integral - 1) < 5 * max(r.standard_error, 1e-12)

@@ -47,6 +47,16 @@ def test_covariances_of_the_core(samples):
     np.testing.assert_allclose(_core.matern_between(at, samples, 0.3, 2), matern(at, samples, 0.3), rtol=1e-13)
 
 
+@pytest.mark.parametrize("d", [16, 17, 100, 400, 1000])
+def test_covariances_of_many_axes_neither_overflow_nor_vanish_too_early(d):
+    x = np.random.default_rng(1).random((2, d))
+    s = math.sqrt(7) / 0.5 * np.abs(x[0] - x[1])
+    logarithm = float(np.sum(np.log1p(s + 2 / 5 * s**2 + s**3 / 15) - s))
+    between = _core.matern_between(x[:1], x[1:], 0.5, 1)[0, 0]
+    assert _core.matern_matrix(x, 0.5, 1)[0, 1] == between
+    assert between == pytest.approx(math.exp(logarithm), rel=1e-11)
+
+
 def test_the_integral_of_the_prediction(samples):
     values = np.exp(samples @ [1.0, -2.0, 0.5])
     low, high, part = np.array([0.0, 0.5, 0.75]), np.array([0.5, 0.75, 1.0]), np.array([1, 0, 1])
