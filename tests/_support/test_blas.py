@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import multiprocessing
+import os
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
@@ -11,6 +13,7 @@ import pytest
 from threadpoolctl import threadpool_info, threadpool_limits
 
 import voroquad as vq
+from voroquad._support import blas
 from voroquad._support.blas import one_blas_thread
 
 
@@ -107,3 +110,44 @@ def test_a_child_forked_while_a_thread_is_inside_works(two_blas_threads):
         child.join()
     assert set(counts) == {2}
     assert value == expected
+
+
+def test_a_fork_waits_for_a_thread_that_enters(two_blas_threads, monkeypatch):
+    half_way, set_one = threading.Event(), blas._set
+
+    def slowly(library, count):
+        set_one(library, count)
+        half_way.set()
+        time.sleep(0.2)
+
+    thread = threading.Thread(target=one_blas_thread(lambda: None))
+    with monkeypatch.context() as patch:
+        patch.setattr(blas, "_set", slowly)
+        thread.start()
+        half_way.wait(10)
+        receive, send = multiprocessing.Pipe(duplex=False)
+        if (child := os.fork()) == 0:
+            monkeypatch.setattr(blas, "_set", set_one)
+            send.send(blas_threads())
+            os._exit(0)
+        thread.join()
+    assert receive.poll(60)
+    assert set(receive.recv()) == {2}
+    os.waitpid(child, 0)
+
+
+def test_an_interrupt_on_the_way_in_leaves_no_limit(two_blas_threads, monkeypatch):
+    set_one, calls = blas._set, []
+
+    def interrupted(library, count):
+        set_one(library, count)
+        calls.append(count)
+        if len(calls) == 1:
+            raise KeyboardInterrupt
+
+    monkeypatch.setattr(blas, "_set", interrupted)
+    with pytest.raises(KeyboardInterrupt):
+        one_blas_thread(lambda: None)()
+    assert set(blas_threads()) == {2}
+    assert set(one_blas_thread(blas_threads)()) == {1}  # and the next may enter
+    assert set(blas_threads()) == {2}

@@ -123,3 +123,15 @@ def test_a_device_is_written_and_stays(tmp_path):
     vq.SampleTable.make("uniform", 4, 1, 2, rng=1).save("/dev/null")
     assert Path("/dev/null").is_char_device()
     assert not Path("/dev/null.npz").exists()
+
+
+def test_permissions_are_those_of_any_new_file_and_the_umask_is_not_touched(tmp_path, monkeypatch):
+    before = os.umask(0o027)
+    try:
+        with monkeypatch.context() as patch:
+            patch.setattr(os, "umask", lambda mask: pytest.fail("the umask belongs to all threads"))
+            with atomic_path(tmp_path / "out.csv") as path:
+                path.write_text("new")
+    finally:
+        os.umask(before)
+    assert (tmp_path / "out.csv").stat().st_mode & 0o777 == 0o640

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import os
 import signal
 import subprocess
@@ -96,6 +97,21 @@ def test_a_store_in_one_process_keeps_units(tmp_path):
     with connected(None, None, str(tmp_path / "store"), tmp_path / "out") as pool:
         pool.begin({"seed": 1})
     assert (tmp_path / "store").is_dir()
+
+
+def test_logs_and_environment_are_as_before(tmp_path, monkeypatch):
+    monkeypatch.delenv("VOROQUAD_NUM_THREADS", raising=False)
+    options = {"host": "127.0.0.1", "dashboard_address": None}
+    logger = logging.getLogger("distributed.worker")
+    before = logger.level
+    with (
+        LocalCluster(n_workers=1, processes=False, protocol="tcp://", **options) as cluster,
+        connected(cluster.scheduler_address, None, None, tmp_path / "out"),
+    ):
+        assert logger.level > logging.CRITICAL
+        assert os.environ["VOROQUAD_NUM_THREADS"] == "1"  # of the worker, which is a thread here
+    assert logger.level == before
+    assert "VOROQUAD_NUM_THREADS" not in os.environ
 
 
 def test_certificates(impatient, tmp_path):

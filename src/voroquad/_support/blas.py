@@ -20,34 +20,51 @@ class _OneThread:
 
     The number of threads of BLAS belongs to the process, unless BLAS runs on OpenMP. The first thread that enters sets
     it, and the last that leaves restores what was there before. If each restored what it found, a thread would change
-    the number while another computes, or leave it at 1 for good. A thread outside that sets it meanwhile keeps what
-    it set.
+    the number while another computes, or leave it at 1 for good.
+
+    Code outside voroquad that sets the number from another thread meanwhile keeps what it set. Bits may then differ.
+    Set it before threads start, as `threadpool_limits` around all of them does.
     """
 
     def __init__(self) -> None:
-        self._lock = threading.Lock()
+        self._lock = threading.RLock()
         self._inside = 0
         self._before: list[int] = []
 
     def __enter__(self) -> None:
         with self._lock:
-            if self._inside == 0:
-                self._before = [library.get_num_threads() for library in _process_wide()]
-                for library in _process_wide():
-                    _set(library, 1)
             self._inside += 1
+            try:
+                if self._inside == 1:
+                    self._before = [library.get_num_threads() for library in _process_wide()]
+                    for library in _process_wide():
+                        _set(library, 1)
+            except BaseException:  # Ctrl-C, after which nobody leaves
+                self._leave()
+                raise
 
     def __exit__(self, *_: object) -> None:
         with self._lock:
-            self._inside -= 1
-            if self._inside == 0:
-                self._restore()
+            self._leave()
 
-    def start_in_child(self) -> None:
-        """In a forked process: the threads inside do not exist there, and one may have held the lock."""
-        self._lock = threading.Lock()
+    def before_fork(self) -> None:
+        """Wait for threads that enter or leave, so that the child finds a consistent state."""
+        self._lock.acquire()
+
+    def after_fork_in_parent(self) -> None:
+        """Go on."""
+        self._lock.release()
+
+    def after_fork_in_child(self) -> None:
+        """Restore the number: the threads that were inside do not exist in the child."""
+        self._lock = threading.RLock()
         if self._inside:
             self._inside = 0
+            self._restore()
+
+    def _leave(self) -> None:
+        self._inside -= 1
+        if self._inside == 0:
             self._restore()
 
     def _restore(self) -> None:
@@ -86,7 +103,11 @@ def _set(library: Any, count: int) -> None:
 
 _one_thread = _OneThread()
 if hasattr(os, "register_at_fork"):
-    os.register_at_fork(after_in_child=_one_thread.start_in_child)
+    os.register_at_fork(
+        before=_one_thread.before_fork,
+        after_in_parent=_one_thread.after_fork_in_parent,
+        after_in_child=_one_thread.after_fork_in_child,
+    )
 
 
 def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:

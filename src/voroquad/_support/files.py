@@ -6,6 +6,7 @@ import contextlib
 import errno
 import os
 import re
+import secrets
 import shutil
 import sys
 import tempfile
@@ -38,17 +39,14 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
     target = Path(os.path.realpath(path))
     with _parents(target):
         try:
-            handle, name = tempfile.mkstemp(prefix=f".{target.stem}-", suffix=target.suffix, dir=target.parent)
+            temporary = _new_file_beside(target)
         except OSError as error:
             raise type(error)(error.errno, error.strerror, os.fspath(path)) from None
-        os.close(handle)
-        temporary = Path(name)
-        temporary.chmod(0o666 & ~_umask())
         try:
             yield temporary
             temporary.replace(target)
         except OSError as error:
-            if error.filename in (None, name):
+            if error.filename in (None, str(temporary)):
                 raise type(error)(error.errno, error.strerror or str(error), os.fspath(path)) from None
             raise
         finally:
@@ -68,6 +66,19 @@ def _open_stream(path: str | os.PathLike[str]) -> IO[bytes]:
     sys.stdout.flush()
     number = int(named[1]) if named[1] else {"stdout": 1, "stderr": 2}[named[2]]
     return os.fdopen(os.dup(number), "wb")
+
+
+def _new_file_beside(target: Path) -> Path:
+    """Make an empty file of another name, with the permissions that this process gives to new files.
+
+    The umask belongs to the process and can only be read by setting it, which is not safe beside other threads. So the
+    system applies it here, where `tempfile.mkstemp` would leave the file to its owner alone.
+    """
+    while True:
+        path = target.with_name(f".{target.stem}-{secrets.token_hex(4)}{target.suffix}")
+        with contextlib.suppress(FileExistsError):
+            os.close(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL, 0o666))
+            return path
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
@@ -133,9 +144,3 @@ def _parents(path: Path) -> Iterator[None]:
             with contextlib.suppress(OSError):
                 folder.rmdir()
         raise
-
-
-def _umask() -> int:
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask

@@ -56,7 +56,7 @@ def connected(
         if scheduler is None and workers is None:
             yield InProcess(kept)
         else:
-            _silence_dask()
+            stack.enter_context(_dask_is_silent())
             # Dask's log of recent messages would keep those of thousands of units
             stack.enter_context(dask.config.set({"distributed.admin.low-level-log-length": 10}))
             client = stack.enter_context(_client(scheduler, workers))
@@ -70,11 +70,18 @@ def connected(
             kept.delete()
 
 
-def _silence_dask() -> None:
+@contextmanager
+def _dask_is_silent() -> Iterator[None]:
     """Silence Dask's tracebacks about lost connections and restarted workers; what matters is raised."""
-    for name in logging.root.manager.loggerDict:
-        if name.split(".")[0] in ("distributed", "tornado"):
-            logging.getLogger(name).setLevel(logging.CRITICAL + 1)
+    names = [name for name in logging.root.manager.loggerDict if name.split(".")[0] in ("distributed", "tornado")]
+    before = {logger: logger.level for logger in map(logging.getLogger, names)}
+    try:
+        for logger in before:
+            logger.setLevel(logging.CRITICAL + 1)
+        yield
+    finally:
+        for logger, level in before.items():
+            logger.setLevel(level)
 
 
 @contextmanager

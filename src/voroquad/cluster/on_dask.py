@@ -251,7 +251,13 @@ class OneThread(WorkerPlugin):
 
     def setup(self, worker: Worker) -> None:
         """Set the number of threads that a call of voroquad takes."""
+        self._set_here = "VOROQUAD_NUM_THREADS" not in os.environ
         os.environ.setdefault("VOROQUAD_NUM_THREADS", "1")
+
+    def teardown(self, worker: Worker) -> None:
+        """Take the number back: a worker may be a thread of the user's own process."""
+        if self._set_here:
+            os.environ.pop("VOROQUAD_NUM_THREADS", None)
 
 
 # ---------------------------------------------------------------------- what workers run

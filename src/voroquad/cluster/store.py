@@ -126,8 +126,9 @@ class Store:
             raise OSError(self.resumable(f"cannot read or write {what} ({why})")) from error
 
     def delete(self) -> None:
-        """Delete all that is kept."""
-        self._files.rm(self._path, recursive=True)
+        """Delete all that is kept, if anything is."""
+        if self._files.exists(self._path):
+            self._files.rm(self._path, recursive=True)
 
 
 @lru_cache(maxsize=64)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Callable
 from typing import TypeAlias
 
@@ -17,13 +16,22 @@ BELOW_ONE = np.nextafter(1.0, 0.0)
 
 def engine_points(engine: qmc.QMCEngine, n: int) -> NDArray[np.float64]:
     """The next n points of a SciPy engine, below 1 (scrambled engines may round up to it)."""
-    with warnings.catch_warnings():
-        # Balance of a Sobol' set that is no power of two: the caller's choice
-        warnings.filterwarnings("ignore", message="The balance properties", category=UserWarning)
-        points = np.minimum(engine.random(n), BELOW_ONE)
+    drawn = [engine.random(count) for count in _draws(engine, n)]
+    points = np.minimum(np.concatenate(drawn), BELOW_ONE)
     if points.shape != (n, engine.d):
         raise ValueError(f"sampler: {type(engine).__name__} made {len(points)} points of the n = {n} asked for")
     return points
+
+
+def _draws(engine: qmc.QMCEngine, n: int) -> list[int]:
+    """The numbers of points to draw, one after the other, so that SciPy does not warn.
+
+    It warns where the first draw of a Sobol' engine is no power of two. The number of points is the caller's choice.
+    To filter the warning is not safe: the filters belong to the process, and other threads change them too.
+    """
+    first = isinstance(engine, qmc.Sobol) and engine.num_generated == 0 and engine.optimization_method is None
+    power = 1 << (n.bit_length() - 1)
+    return [power, n - power] if first and power < n else [n]
 
 
 def design_name(engine: qmc.QMCEngine) -> str:
