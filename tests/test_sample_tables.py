@@ -1,12 +1,17 @@
 """Sample tables: made as the designs and rules say, and the same after a trip to disk."""
 
+import multiprocessing
 import os
+import resource
+import signal
+from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
 import voroquad as vq
+from voroquad import sample_tables
 from voroquad._support.npz import write_npz
 from voroquad.sample_tables import Recipe, _save
 
@@ -254,3 +259,84 @@ def test_tables_of_version_0_1_0_still_open(tmp_path, table):
         old = {name: file[name] for name in ("points", "weights", "design", "order", "debias")}
     write_npz(tmp_path / "old.npz", old)
     np.testing.assert_array_equal(vq.SampleTable.load(tmp_path / "old.npz").points, table.points)
+
+
+def test_a_file_that_is_replaced_while_it_is_read_is_not_mixed_with_the_new_one(tmp_path, table, monkeypatch):
+    path = tmp_path / "t.npz"
+    table.save(path)
+    mapped = sample_tables.map_npz
+
+    def then_replaced(*arguments):
+        found = mapped(*arguments)
+        vq.SampleTable.make("uniform", n=16, d=2, sets=5, rng=1).save(path)
+        return found
+
+    monkeypatch.setattr(sample_tables, "map_npz", then_replaced)
+    loaded = vq.SampleTable.load(path)
+    assert loaded.design == "stratified"
+    np.testing.assert_array_equal(loaded.points, table.points)
+
+
+@contextmanager
+def small_disk(size):
+    """No file of this process may grow beyond `size` bytes."""
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    resource.setrlimit(resource.RLIMIT_FSIZE, (size, before[1]))
+    try:
+        yield
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+
+
+def test_a_disk_that_fills_up_leaves_the_old_file_and_no_other(cache, table):
+    table.save(cache / "t.npz")
+    with small_disk(1000):
+        with pytest.raises(OSError, match=r"t\.npz"):
+            vq.SampleTable.make("uniform", n=16, d=2, sets=5, rng=1).save(cache / "t.npz")
+        made = RECIPE.kept()
+    assert [path.name for path in cache.rglob("*") if path.is_file()] == ["t.npz"]
+    assert vq.SampleTable.load(cache / "t.npz").design == "stratified"
+    np.testing.assert_array_equal(RECIPE.kept().points, made.points)
+
+
+def _killed_while_it_writes(recipe):
+    write = np.lib.format.write_array
+
+    def half(file, array, **options):
+        if array.ndim == 2:  # the weights, after the points
+            file.write(b"half")
+            os.kill(os.getpid(), signal.SIGKILL)
+        write(file, array, **options)
+
+    np.lib.format.write_array = half
+    recipe.kept()
+
+
+def test_a_process_that_is_killed_while_it_writes_leaves_nothing_that_is_read(cache):
+    child = multiprocessing.get_context("fork").Process(target=_killed_while_it_writes, args=(RECIPE,))
+    child.start()
+    child.join(60)
+    assert child.exitcode == -signal.SIGKILL
+    made = RECIPE.kept()
+    assert not isinstance(made.points, np.memmap)
+    assert isinstance(RECIPE.kept().points, np.memmap)
+    np.testing.assert_array_equal(RECIPE.kept().weights, made.weights)
+
+
+def _make_and_remove(weights, cache):
+    for _ in range(30):
+        if not np.array_equal(RECIPE.kept().weights, weights):
+            os._exit(1)
+        for path in cache.rglob("[!.]*.npz"):
+            path.unlink(missing_ok=True)
+
+
+def test_processes_make_read_and_remove_one_table_at_once(cache):
+    fork = multiprocessing.get_context("fork")
+    crew = [fork.Process(target=_make_and_remove, args=(RECIPE.make().weights, cache)) for _ in range(3)]
+    for process in crew:
+        process.start()
+    for process in crew:
+        process.join(60)
+    assert [process.exitcode for process in crew] == [0, 0, 0]
+    assert [path for path in cache.rglob("*") if path.is_file()] == []

@@ -7,18 +7,18 @@ import json
 import os
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from ._support.cache import cache_directory, is_own
-from ._support.checks import positive_int
+from ._support.checks import positive_int, thread_count
 from ._support.files import is_stream
 from ._support.npz import map_npz, write_npz
 from .designs.sampling import Rng, SetKind, as_sample_set, sample
 from .geometry.cells import cells
-from .rules.registry import default_order, find_rule, weights
+from .rules.registry import choose_rule
 
 
 @dataclass(frozen=True, eq=False)
@@ -138,20 +138,20 @@ class SampleTable:
                 "its weights are unbiased as they are"
             )
         kind = SetKind(design, positive_int("n", n), positive_int("d", d), positive_int("sets", sets))
-        if weighted and not periodic:  # before any set is drawn
-            p = default_order(kind, debias) if order == "auto" else order
-            if find_rule(kind, p, debias).debias == "cross-fit":
-                raise ValueError(
-                    f"debias={debias!r} of {design!r} sets is cross-fit, which weighs all sets together, but a table's "
-                    "sets are used one by one; take debias='none' or a stratified design"
-                )
+        chosen = choose_rule(kind, order, debias) if weighted and not periodic else None  # before any set is drawn
+        if chosen is not None and chosen[0].debias == "cross-fit":
+            raise ValueError(
+                f"debias={debias!r} of {design!r} sets is cross-fit, which weighs all sets together, but a table's "
+                "sets are used one by one; take debias='none' or a stratified design"
+            )
         drawn = sample(design, kind.n, kind.d, sets=kind.sets, rng=rng)
-        if not weighted:
-            w = np.full(drawn.points.shape[:2], 1 / drawn.n)
-        elif periodic:
+        if chosen is not None:
+            rule, p = chosen
+            w = rule.compute(drawn, p, thread_count(None))
+        elif weighted:
             w = cells(drawn.points, periodic=True).measures
         else:
-            w = weights(drawn, order=order, debias=debias)
+            w = np.full(drawn.points.shape[:2], 1 / drawn.n)
         return cls(drawn.points, w, drawn.design, order, debias)
 
     def save(self, path: str | os.PathLike[str]) -> None:
@@ -179,12 +179,13 @@ class SampleTable:
 
         Raises
         ------
-        FileNotFoundError
-            There is no such file.
+        OSError
+            There is no such file, or it cannot be read.
         ValueError
-            The file is no table or is damaged.
+            The file is not a table or is damaged.
         """
-        table, _ = _load(_npz(path))
+        with _npz(path).open("rb") as file:
+            table, _ = _load(file)
         return table
 
 
@@ -212,9 +213,9 @@ class Recipe:
     def kept(self) -> SampleTable:
         """The table, from the cache directory if it is there; else it is made and kept there."""
         path = cache_directory() / f"tables-v{_FORMAT}" / f"{self._name()}.npz"
-        with contextlib.suppress(OSError, ValueError):
-            table, recipe = _load(path)
-            if is_own(path) and recipe == self._text() and self.fits(table):
+        with contextlib.suppress(OSError, ValueError), path.open("rb") as file:
+            table, recipe = _load(file)
+            if is_own(file) and recipe == self._text() and self.fits(table):
                 return table
         table = self.make()
         with contextlib.suppress(OSError):  # a cache is a convenience: a full or read-only disk is no failure
@@ -265,28 +266,26 @@ def _save(table: SampleTable, path: Path, recipe: str = "") -> None:
     write_npz(path, {"points": table.points, "weights": table.weights, **small})
 
 
-def _load(path: Path) -> tuple[SampleTable, str]:
-    """Open a table, and the recipe that it was made by; '' where it is not known."""
+def _load(file: IO[bytes]) -> tuple[SampleTable, str]:
+    """The table in an open file, and the recipe that it was made by; '' where it is not known.
+
+    The file is opened once: another may take its place under its name at any time.
+    """
     try:
-        mapped = map_npz(path, ("points", "weights"))
-        with np.load(path, allow_pickle=False) as small:
+        mapped = map_npz(file, ("points", "weights"))
+        file.seek(0)
+        with np.load(file, allow_pickle=False) as small:
             design, order, debias = (small[name].item() for name in ("design", "order", "debias"))
             recipe = small["recipe"].item() if "recipe" in small else ""
         table = SampleTable(**mapped, design=design, order=order, debias=debias)
-    except FileNotFoundError:
-        raise
     except Exception as error:  # a damaged archive fails in as many ways as zipfile and numpy have parts
-        raise ValueError(
-            f"{os.fspath(path)!r} is not a valid sample table or is damaged ({error}); make it again"
-        ) from None
-    _check_contents(table, path)
+        raise ValueError(f"{file.name!r} is not a valid sample table or is damaged ({error}); make it again") from None
+    _check_contents(table, file.name)
     return table, recipe
 
 
-def _check_contents(table: SampleTable, path: Path) -> None:
+def _check_contents(table: SampleTable, name: str) -> None:
     if 0 in table.points.shape:
-        raise ValueError(f"{os.fspath(path)!r} is an empty table; make it again")
+        raise ValueError(f"{name!r} is an empty table; make it again")
     if not (np.min(table.points) >= 0 and np.max(table.points) < 1 and np.isfinite(table.weights).all()):
-        raise ValueError(
-            f"{os.fspath(path)!r} holds points outside [0, 1) or weights that are no numbers; make it again"
-        )
+        raise ValueError(f"{name!r} holds points outside [0, 1) or weights that are not finite; make it again")

@@ -260,13 +260,6 @@ def test_processes_may_make_a_table_at_once(cache):
     assert [p.name for p in cache.rglob("*") if p.is_file()] == [file_of(cache).name]
 
 
-def test_the_directory_follows_the_environment(monkeypatch, tmp_path):
-    monkeypatch.setenv("VOROQUAD_CACHE_DIR", str(tmp_path / "own"))
-    assert bias_tables.cache_directory() == tmp_path / "own"
-    monkeypatch.delenv("VOROQUAD_CACHE_DIR")
-    assert bias_tables.cache_directory().name == "voroquad"
-
-
 @pytest.mark.parametrize(
     ("x", "options", "message"),
     [

@@ -11,7 +11,6 @@ import struct
 import zipfile
 import zlib
 from collections.abc import Iterable, Mapping
-from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
@@ -33,12 +32,12 @@ def write_npz(path: str | os.PathLike[str], members: Mapping[str, ArrayLike]) ->
             _write_aligned(archive, name + ".npy", np.asarray(array, order="C"))
 
 
-def map_npz(path: Path, names: Iterable[str]) -> dict[str, NDArray[np.float64]]:
-    """Map float64 arrays of a file that :func:`write_npz` wrote, after their checksums are compared.
+def map_npz(file: IO[bytes], names: Iterable[str]) -> dict[str, NDArray[np.float64]]:
+    """Map float64 arrays of an open file that :func:`write_npz` wrote, after their checksums are compared.
 
     Raises ValueError, or what zipfile and NumPy raise, where the file is damaged.
     """
-    with zipfile.ZipFile(path) as archive, path.open("rb") as file:
+    with zipfile.ZipFile(file) as archive:
         return {name: _map(archive, file, name + ".npy") for name in names}
 
 

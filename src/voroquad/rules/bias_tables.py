@@ -86,8 +86,8 @@ class Strata:
     def locate(self, x: Floats) -> tuple[NDArray[np.intp], Floats]:
         stratum = np.minimum((x * self.k).astype(np.intp), self.k - 1)
         u = 2 * (x * self.k - stratum) - 1
-        mirror = self.k - 1 - stratum
-        return np.minimum(np.minimum(stratum, mirror), self.panels - 1), np.where(stratum > mirror, -u, u)
+        kind, mirrored = kind_of_stratum(stratum, self.k, self.panels)
+        return kind, np.where(mirrored, -u, u)
 
     def position(self, panel: NDArray[np.intp], u: Floats) -> Floats:
         innermost = (self.proxy - 1) // 2
@@ -96,8 +96,8 @@ class Strata:
         return (stratum + (1 + np.where(symmetric, -np.abs(u), u)) / 2) / self.proxy
 
     def integrals(self, size: int) -> Floats:
-        depth = np.minimum(np.arange(self.k), self.k - 1 - np.arange(self.k))
-        counts = np.bincount(np.minimum(depth, self.panels - 1), minlength=self.panels)
+        kind, _ = kind_of_stratum(np.arange(self.k), self.k, self.panels)
+        counts = np.bincount(kind, minlength=self.panels)
         return counts[:, None] / self.k * _chebyshev_means(size)
 
 
@@ -164,6 +164,23 @@ def kinds_of_strata(k: int, strata: tuple[int, ...]) -> int:
     """
     inner = math.ceil(2 * k / min(strata) - 0.5)
     return min((k + 1) // 2, inner + 1)
+
+
+def kind_of_stratum(stratum: NDArray[np.intp], k: int, kinds: int) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+    """The kinds of strata, of k along an axis, and whether they are mirror images of the first stratum of their kind.
+
+    The kind is the distance from the nearer border in strata; the last kind has all that are as far or farther.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from voroquad.rules.bias_tables import kind_of_stratum
+    >>> kind, mirrored = kind_of_stratum(np.arange(6), 6, 2)
+    >>> kind, mirrored.astype(int)
+    (array([0, 1, 1, 1, 1, 0]), array([0, 0, 0, 1, 1, 1]))
+    """
+    from_the_other_border = k - 1 - stratum
+    return np.minimum(np.minimum(stratum, from_the_other_border), kinds - 1), stratum > from_the_other_border
 
 
 def uniform_plan(n: int, d: int) -> Plan:
@@ -294,9 +311,9 @@ def stored_coefficients(plan: Plan) -> Floats:
 def _read(path: Path, plan: Plan) -> Floats | None:
     """The coefficients in a file of this user that holds what the plan makes; else None."""
     try:
-        with np.load(path, allow_pickle=False) as file:  # the archive has a checksum
-            coefficients, recipe = file["coefficients"], file["recipe"].item()
-        trusted = is_own(path) and recipe == repr(plan)
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:  # the archive has a checksum
+            coefficients, recipe = arrays["coefficients"], arrays["recipe"].item()
+            trusted = is_own(file) and recipe == repr(plan)
     except (OSError, ValueError, KeyError, EOFError, zipfile.BadZipFile):
         return None
     if not trusted or coefficients.shape != plan.shape or coefficients.dtype != np.float64:

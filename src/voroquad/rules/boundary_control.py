@@ -126,10 +126,9 @@ def stratum_axis(k: int, strata: tuple[int, ...]) -> LatticeAxis:
     inside = Panels(0.0, 1.0, STRATA_PANELS[len(strata)])
     q = len(inside.nodes)
     stratum = np.arange(k)[:, None]
-    mirror = k - 1 - stratum
     kinds = bias_tables.kinds_of_strata(k, strata)
-    kind = np.minimum(np.minimum(stratum, mirror), kinds - 1)
-    place = np.where(stratum > mirror, q - 1 - np.arange(q), np.arange(q))
+    kind, mirrored = bias_tables.kind_of_stratum(stratum, k, kinds)
+    place = np.where(mirrored, q - 1 - np.arange(q), np.arange(q))
     return LatticeAxis(
         ((stratum + inside.nodes) / k).ravel(),
         np.tile(inside.weights / k, k),

@@ -116,6 +116,12 @@ def weights(
     True
     """
     samples = as_sample_set(samples, design)
+    rule, order = choose_rule(samples.kind, order, debias)
+    return rule.compute(samples, order, thread_count(threads))
+
+
+def choose_rule(kind: SetKind, order: int | str, debias: str) -> tuple[Rule, int | str]:
+    """The rule and the order that `order` and `debias` mean for sets of a kind; ValueError if there are none."""
     one_of("debias", debias, DEBIAS)
     if isinstance(order, str):
         one_of("order", order, ("kriging", "auto"))
@@ -124,8 +130,8 @@ def weights(
     else:
         order = int(order)
     if order == "auto":
-        order = default_order(samples.kind, debias)
-    return find_rule(samples.kind, order, debias).compute(samples, order, thread_count(threads))
+        order = default_order(kind, debias)
+    return find_rule(kind, order, debias), order
 
 
 def default_order(kind: SetKind, debias: str) -> int | str:
