@@ -148,6 +148,37 @@ def test_examples_build_against_installed_headers(compiler: str, prefix: Path, t
     assert "total area 1.000000000000" in run(tmp_path / "largest_cells")
 
 
+PARENT_PROJECT = f"""
+cmake_minimum_required(VERSION 3.18)
+project(parent LANGUAGES CXX)
+add_compile_options(-Wall -Wextra -Wshadow -Wsign-conversion -Werror)
+add_subdirectory({ROOT} voroquad)
+add_executable(largest_cells {ROOT}/examples/cpp/largest_cells.cpp)
+target_link_libraries(largest_cells PRIVATE voroquad::voroquad)
+install(TARGETS largest_cells)
+"""
+
+
+@pytest.mark.parametrize("compiler", COMPILERS)
+def test_part_of_another_project(compiler: str, tmp_path: Path) -> None:
+    """Its warnings are about its own code, and what it installs is its own, but for VOROQUAD_INSTALL=ON."""
+    require(compiler)
+    (tmp_path / "CMakeLists.txt").write_text(PARENT_PROJECT)
+    options = [f"-DCMAKE_CXX_COMPILER={compiler}", "-DCMAKE_EXPORT_COMPILE_COMMANDS=ON"]
+    run(CMAKE, "-S", tmp_path, "-B", tmp_path / "build", *options)
+    assert f"-isystem {ROOT / 'include'}" in (tmp_path / "build/compile_commands.json").read_text()
+    run(CMAKE, "--build", tmp_path / "build")
+    assert "total area 1.000000000000" in run(tmp_path / "build/largest_cells")
+
+    def installed() -> list[str]:
+        run(CMAKE, "--install", tmp_path / "build", "--prefix", tmp_path / "prefix")
+        return [str(p.relative_to(tmp_path / "prefix")) for p in (tmp_path / "prefix").rglob("*") if p.is_file()]
+
+    assert installed() == ["bin/largest_cells"]
+    run(CMAKE, "-S", tmp_path, "-B", tmp_path / "build", "-DVOROQUAD_INSTALL=ON")
+    assert "include/voroquad/cells.hpp" in installed()
+
+
 @pytest.mark.skipif(not shutil.which("pkg-config"), reason="needs pkg-config")
 def test_examples_build_with_pkg_config(prefix: Path, tmp_path: Path) -> None:
     def flags(*questions: str) -> list[str]:
