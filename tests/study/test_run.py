@@ -89,3 +89,18 @@ def test_a_failure_leaves_nothing(quick, monkeypatch, tmp_path):
     with pytest.raises(ValueError, match="no figure"):
         run.run_study(tmp_path / "out", replicates=2, max_n=32, show_progress=False)
     assert list(tmp_path.iterdir()) == []
+
+
+def test_a_figure_is_the_same_alone(tmp_path):
+    for figures in (["three-samples", "cells"], ["cells"]):
+        run.run_study(tmp_path / str(len(figures)), figures=figures, replicates=2, max_n=32, show_progress=False)
+    both, alone = ({p.name: p.read_bytes() for p in (tmp_path / n).glob("cells.*")} for n in "21")
+    assert alone == both
+    assert set(alone) == {"cells.csv", "cells.png", "cells.svg"}
+    assert len(list((tmp_path / "1").iterdir())) == 4  # results.json too
+
+
+def test_an_unknown_figure_is_refused(tmp_path):
+    with pytest.raises(ValueError, match="unknown figure 'cell'; choose one of bins,"):
+        run.run_study(tmp_path / "out", figures=["cell"])
+    assert list(tmp_path.iterdir()) == []

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import shlex
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from .._support.checks import positive_int
+from .._support.checks import one_of, positive_int
 from .._support.files import atomic_directory
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, Advance, Pool
@@ -41,6 +41,7 @@ def run_study(
     replicates: int = 1000,
     max_n: int = 4096,
     seed: int = 0,
+    figures: Collection[str] | None = None,
     pool: Pool = ONE_PROCESS,
     show_progress: bool = True,
 ) -> Results:
@@ -57,6 +58,9 @@ def run_study(
         Largest number of samples: the sizes are the powers of two from 8 to max_n ≥ 32.
     seed : int
         Seed ≥ 0 of all random numbers.
+    figures : collection of str, optional
+        Names of the figures to make, such as ``"bins"`` and ``"mse-smooth-2d"``; by default all. Each is the same
+        alone.
     pool : Pool
         What computes the units of work, such as :class:`voroquad.cluster.OnDask`. The results do not depend on it.
     show_progress : bool
@@ -70,32 +74,43 @@ def run_study(
     Raises
     ------
     ValueError
-        replicates < 2, max_n < 32, a negative seed.
+        replicates < 2, max_n < 32, a negative seed, the name of a figure that does not exist.
     """
     sizes = powers_of_two(positive_int("max_n", max_n))
     if positive_int("replicates", replicates) < 2:
         raise ValueError("replicates must be at least 2 (one has no standard error), got 1")
     if seed < 0:
         raise ValueError(f"seed must be at least 0, got {seed}")
+    wanted = _figures() if figures is None else [one_of("figure", name, _figures()) for name in figures]
+    talk = {stem: part for stem, part in _TALK.items() if stem in wanted}
+    chosen = [(methods, [f for f in integrands if f"mse-{f.name}" in wanted]) for methods, integrands in _DIMENSIONS]
+    dimensions = [(methods, integrands) for methods, integrands in chosen if integrands]
     command = ["voroquad", "study", "-o", os.fspath(out)]
     command += ["--replicates", str(replicates), "--max-n", str(max_n), "--seed", str(seed)]
-    pool.begin({"study": "talk", "replicates": replicates, "seed": seed, "version": __version__})
+    pool.begin(
+        {"study": "talk", "replicates": replicates, "seed": seed, "figures": sorted(wanted), "version": __version__}
+    )
     results = Results("Voronoi-weighted Monte Carlo integration: the numerical study", shlex.join(command))
 
-    designs = sum(len({m.design for m in methods}) for methods, _ in _DIMENSIONS)
-    steps = len(_TALK) + designs * sum(units(n, replicates_at(n, replicates)) for n in sizes) + len(INTEGRANDS)
+    designs = sum(len({m.design for m in methods}) for methods, _ in dimensions)
+    steps = len(wanted) + designs * sum(units(n, replicates_at(n, replicates)) for n in sizes)
     with progress_bar(steps, show=show_progress) as advance, atomic_directory(out) as folder:
-        for number, (stem, (title, draw)) in enumerate(_TALK.items()):
-            drawing = draw(np.random.default_rng([seed, number]))
+        for stem, (title, draw) in talk.items():
+            drawing = draw(np.random.default_rng([seed, list(_TALK).index(stem)]))
             results.sections.append(Section(title, figures=[drawing.save(folder, stem)]))
             advance(title, 1)
-        for methods, integrands in _DIMENSIONS:
+        for methods, integrands in dimensions:
             measurements = measure(
                 methods, integrands, sizes, replicates=replicates, seed=seed, pool=pool, advance=advance
             )
             results.sections.append(_convergence_section(folder, measurements, advance))
         results.write(folder)
     return results
+
+
+def _figures() -> list[str]:
+    """Names of all figures."""
+    return [*_TALK, *(f"mse-{f.name}" for _, integrands in _DIMENSIONS for f in integrands)]
 
 
 def _convergence_section(folder: Path, measurements: list[Measurement], advance: Advance) -> Section:
