@@ -1,6 +1,6 @@
 """Images from radial, spiral and koosh-ball MRI data, weighted by voroquad and by mri-nufft's own two methods.
 
-    pip install 'voroquad[mri,study]'
+    pip install '.[mri,study]'
     python examples/mri_density.py -o out/mri
 
 The scanner sees a Shepp-Logan phantom, whose k-space is known in closed form. Every weight function is called with the

@@ -16,6 +16,7 @@ import typer
 from typer.core import TyperCommand
 from typer.exceptions import TyperException
 
+from ._support.extras import install_hint
 from ._support.version import __version__
 
 if TYPE_CHECKING:
@@ -417,7 +418,7 @@ def _one_line(error: BaseException) -> str:
         return f"{error.strerror}: {error.filename}"
     text = " ".join(str(error).split())
     module = (error.name or "").split(".")[0] if isinstance(error, ModuleNotFoundError) else ""
-    return f"{text}; install it with: pip install 'voroquad[{_EXTRAS[module]}]'" if module in _EXTRAS else text
+    return f"{text}; {install_hint(_EXTRAS[module])}" if module in _EXTRAS else text
 
 
 def _number(value: float) -> float | None:

@@ -17,13 +17,14 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from ._support.checks import real_numbers
+from ._support.extras import install_hint
 from .geometry.density_compensation import density_compensation
 from .geometry.k_space import radius_of
 
 try:
     from mrinufft.density.utils import register_density
 except ImportError as error:
-    raise ImportError(f"mri-nufft is missing ({error}); install it with: pip install 'voroquad[mri]'") from None
+    raise ImportError(f"mri-nufft is missing ({error}); {install_hint('mri')}") from None
 
 SHORT_OF_BORDER = 0.02  # of the way to the border of k-space that a trajectory in a known unit may leave
 ROUNDING = 2e-4  # relative, of what mri-nufft itself takes for positions within the border

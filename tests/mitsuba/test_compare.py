@@ -114,11 +114,6 @@ def test_closeups_are_where_the_error_is():
     assert error[windows[0]].shape == (10, 12, 3)
 
 
-def test_slope_is_the_exponent():
-    assert comparison.slope([16, 64, 256], [16.0**-1.5, 64.0**-1.5, 256.0**-1.5]) == pytest.approx(-1.5)
-    assert comparison.slope([16], [1.0]) is None
-
-
 def test_methods_of_a_domain(ball):
     scene = load_scene(ball)
 

@@ -153,7 +153,7 @@ def test_a_peer_that_is_not_installed(monkeypatch, tmp_path, capsys):
     monkeypatch.setattr(genz_suite, "find_spec", lambda module: module != "vegas")
     assert call(monkeypatch, "-o", tmp_path / "out", "--peers", "qmc_quad,vegas") == 2
     error = capsys.readouterr().err
-    assert "peer 'vegas' needs 'vegas'; install it with: pip install 'voroquad[bench]'" in error
+    assert "peer 'vegas' needs 'vegas'; install it from a checkout of voroquad: pip install '.[bench]'" in error
     assert error.count("\n") == 1
     assert "vegas" not in [rule.name for rule in genz_suite._choose(None, PEERS)]
 

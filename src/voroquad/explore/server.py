@@ -8,6 +8,8 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, Template
 
+from .._support.extras import install_hint
+
 try:
     from bokeh.application import Application
     from bokeh.application.handlers import FunctionHandler
@@ -21,7 +23,7 @@ try:
 
     from .explorer import Explorer
 except ImportError as error:
-    raise ImportError("the explorer needs Bokeh: pip install 'voroquad[explore]'", name="bokeh") from error
+    raise ImportError(f"the explorer needs Bokeh; {install_hint('explore')}", name="bokeh") from error
 
 from tornado.httpserver import HTTPServer
 from tornado.httputil import HTTPHeaders, HTTPMessageDelegate, HTTPServerRequest

@@ -14,11 +14,13 @@ from __future__ import annotations
 import importlib
 import sys
 
+from .._support.extras import install_hint
+
 try:
     import drjit as dr
     import mitsuba as mi
 except ImportError as error:
-    raise ImportError(f"rendering needs Mitsuba 3 ({error}); install it with: pip install 'voroquad[render]'") from None
+    raise ImportError(f"rendering needs Mitsuba 3 ({error}); {install_hint('render')}") from None
 
 OLDEST_LLVM = 17
 #: Modules of plug-ins, whose base classes are those of a variant

@@ -19,6 +19,7 @@ from .._support.files import atomic_directory
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, Advance, LocalFile, Pool
 from ..results.equal_error import equal_error_ratio
+from ..results.power_law import fit_power_law
 from ..results.manifest import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
 from .bands import Camera, Shot, forgetting
 from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
@@ -295,13 +296,6 @@ def _seed(*key: int) -> int:
     return int(np.random.SeedSequence(key).generate_state(1)[0] >> np.uint32(1))
 
 
-def slope(spp: Sequence[int], mse: Sequence[float]) -> float | None:
-    """Slope of log MSE against log spp by least squares; None for a single spp."""
-    if len(spp) < 2:
-        return None
-    return float(np.polyfit(np.log(spp), np.log(mse), 1)[0])
-
-
 # ---------------------------------------------------------------------- what is left in the folder
 
 
@@ -379,7 +373,8 @@ def _stem(m: Measurement) -> str:
 def _curve(measured: list[Measurement], method: Method) -> Curve:
     own = [m for m in measured if m.method is method]
     spp, mse = [m.spp for m in own], [m.mse for m in own]
-    return Curve(method.label, method.line, spp, mse, slope(spp, mse))
+    law = fit_power_law(spp, mse)
+    return Curve(method.label, method.line, spp, mse, None if law is None else law.slope)
 
 
 _COLUMNS = (

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 from typing import Any
 
+from .._support.extras import install_hint
+
 try:
     from bokeh.document import Document
     from bokeh.models import Model
     from bokeh.resources import Resources
 except ImportError as error:
-    raise ImportError("reports need Bokeh: pip install 'voroquad[study]'") from error
+    raise ImportError(f"reports need Bokeh; {install_hint('study')}") from error
 
 
 def library() -> str:

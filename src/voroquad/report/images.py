@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.extras import install_hint
+
 try:
     import OpenEXR
     from bokeh.models import (
@@ -26,7 +28,7 @@ try:
     from bokeh.palettes import RdBu11, interp_palette
     from bokeh.plotting import figure
 except ImportError as error:
-    raise ImportError("reports need Bokeh and OpenEXR: pip install 'voroquad[study]'") from error
+    raise ImportError(f"reports need Bokeh and OpenEXR; {install_hint('study')}") from error
 
 Pixels = NDArray[np.float32]
 

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from functools import cache, cached_property
 from pathlib import Path
 
+from .._support.extras import install_hint
 from .._support.files import atomic_path
 from .._support.numbers import scientific
 from .._support.version import __version__
@@ -25,7 +26,7 @@ from .plots import Plots, make_plots
 try:
     from jinja2 import Environment, PackageLoader, StrictUndefined
 except ImportError as error:
-    raise ImportError("reports need Jinja2: pip install 'voroquad[study]'") from error
+    raise ImportError(f"reports need Jinja2; {install_hint('study')}") from error
 
 #: An SVG picture above this size is replaced by its PNG twin.
 LARGEST_SVG = 400_000

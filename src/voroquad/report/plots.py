@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.extras import install_hint
 from .._support.numbers import superscript
 from ..results.manifest import Figure, Line, Plot
 from ..results.power_law import fit_power_law
@@ -33,7 +34,7 @@ try:
     from bokeh.palettes import Colorblind8
     from bokeh.plotting import figure
 except ImportError as error:
-    raise ImportError("reports need Bokeh: pip install 'voroquad[study]'") from error
+    raise ImportError(f"reports need Bokeh; {install_hint('study')}") from error
 
 #: Up to so many different abscissae, each has its tick
 MOST_TICKS = 10

@@ -14,6 +14,7 @@ from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from .._support.checks import one_of, positive_int
+from .._support.extras import install_hint
 
 NAME = "results.json"
 DASHES = ("solid", "dashed", "dotted")
@@ -150,7 +151,7 @@ class Results:
         try:
             from pydantic import TypeAdapter, ValidationError
         except ImportError as error:
-            raise ImportError("reading results needs pydantic: pip install 'voroquad[study]'") from error
+            raise ImportError(f"reading results needs pydantic; {install_hint('study')}") from error
         try:
             return TypeAdapter(cls).validate_json(path.read_bytes())
         except ValidationError as error:

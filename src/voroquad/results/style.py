@@ -10,12 +10,14 @@ from typing import Any
 import numpy as np
 from scipy.optimize import isotonic_regression
 
+from .._support.extras import install_hint
+
 try:
     import matplotlib as mpl
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 except ImportError as error:
-    raise ImportError("figures need Matplotlib: pip install 'voroquad[study]'") from error
+    raise ImportError(f"figures need Matplotlib; {install_hint('study')}") from error
 
 INK = "#222222"
 MUTED = "#6b6b6b"

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._support.units import ONE_PROCESS, Advance, Array, Pool, Series
+from ..results.power_law import fit_power_law
 from ..designs.sampling import SampleSet, sample
 from ..rules.registry import weights
 from .integrand import Integrand
@@ -143,11 +144,10 @@ def fit_slope(measurements: Sequence[Measurement], n_from: int = 64) -> Slope:
     fitted = [m for m in ordered if m.n >= n_from]
     if len(fitted) < 3:
         fitted = ordered[-3:]
-    x = np.log([m.n for m in fitted])
-    c = (x - x.mean()) / ((x - x.mean()) ** 2).sum()  # slope = Σ c_k log MSE_k
-    mse = np.array([m.mse for m in fitted])
-    relative = np.array([m.mse_error for m in fitted]) / mse
-    return Slope(float(c @ np.log(mse)), float(np.sqrt(c**2 @ relative**2)), fitted[0].n, fitted[-1].n)
+    law = fit_power_law([m.n for m in fitted], [m.mse for m in fitted], [m.mse_error for m in fitted])
+    if law is None:
+        raise ValueError(f"a slope needs measurements over a range of n, got n = {[m.n for m in fitted]}")
+    return Slope(law.slope, law.slope_error, fitted[0].n, fitted[-1].n)
 
 
 #: Samples of a unit of work: this takes seconds, or tenths of a second for the smallest sets
