@@ -73,6 +73,16 @@ def test_errors_are_those_of_the_images(small):
         assert float(row["reference_mse"]) < float(row["mse"])
 
 
+def test_images_with_and_without_weights_differ(small):
+    """All methods share the pool's units, and each has sums of its own kind."""
+    import mitsuba as mi
+
+    out, _ = small
+    for design in ("uniform", "stratified", "sobol"):
+        plain, weighted = (np.array(mi.Bitmap(str(out / f"images/{design}{w}-16.exr"))) for w in ("", "-w"))
+        assert np.abs(weighted - plain)[..., :3].max() > 1e-3
+
+
 def test_equal_error_ratios_are_those_of_the_report(small):
     out, _ = small
     errors = read_errors(out / "errors.csv")

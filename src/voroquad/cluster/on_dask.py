@@ -192,9 +192,7 @@ class OnDask:
         try:
             versions = self.client.run(_version)
         except ModuleNotFoundError as error:
-            raise ValueError(
-                f"a worker lacks {error.name!r}; install the extra 'cluster' there"
-            ) from None
+            raise ValueError(f"a worker lacks {error.name!r}; install the extra 'cluster' there") from None
         for worker, version in versions.items():
             if version != __version__:
                 raise ValueError(f"worker {worker} has voroquad {version}, here it is {__version__}; install the same")

@@ -6,7 +6,7 @@ import math
 import os
 import threading
 import time
-from collections.abc import Generator, Iterable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from itertools import islice
@@ -20,7 +20,7 @@ from .._support.checks import thread_count
 from .._support.units import Advance, Array, File, Pool, Series
 from .._support.version import __version__
 from ..sample_tables import Recipe, SampleTable
-from .accumulation import Footprint, Pass
+from .accumulation import Footprint, Layout, Pass
 from .dependencies import file_hashes, scene_files
 from .errors import one_line_errors
 from .loading import find_sensor, load_scene, make_integrator, motion_of, own_integrator
@@ -86,20 +86,43 @@ class Shot:
         return scene, find_sensor(scene, self.sensor), _last.integrators[self.plugin]
 
 
+@dataclass(frozen=True)
+class Exposure:
+    """What all units of an image share, but for the table of sample sets.
+
+    Attributes
+    ----------
+    shot : Shot
+        What the image is of.
+    layout : Layout
+        The columns of a unit's sums.
+    shape : (int, int, int)
+        Of the sums of the first unit; the last one may have fewer rows.
+    spp : int
+        Samples per pixel.
+    seed : int
+        Of the image.
+    """
+
+    shot: Shot
+    layout: Layout
+    shape: tuple[int, int, int]
+    spp: int
+    seed: int
+
+
 class _Last:
     """The last scene and the last plug-in: a scene that exists slows renders of others."""
 
     def __init__(self) -> None:
         self.scenes: dict[str, mi.Scene] = {}
         self.integrators: dict[str, mi.Integrator] = {}
-        self.compiled: set[str] = set()
         self.lock = threading.Lock()  # Mitsuba's current variant and Dr.Jit's state are those of a process
 
     def forget(self) -> None:
         """Drop both."""
         self.scenes.clear()
         self.integrators.clear()
-        self.compiled.clear()
 
 
 _last = _Last()
@@ -139,9 +162,10 @@ class Camera:
         if self.integrator.tabled:
             recipe = self.integrator.recipe(self.sensor, seed if table_seed is None else table_seed, spp)
             table = self._pool.share(table_of, recipe)
-        shape = self._footprint.strip_shape(spp, self.integrator.layout(self.sensor.film()))
+        layout = self.integrator.layout(self.sensor.film())
+        exposure = Exposure(self._shot, layout, self._footprint.strip_shape(spp, layout), spp, seed)
         count = len(self._footprint.bands(spp))
-        return Series(name, count, (1 + math.prod(shape),), _band, (self._shot, table, shape, spp, seed))
+        return Series(name, count, (1 + math.prod(exposure.shape),), _band, (exposure, table))
 
     def bands(self, spp: int) -> int:
         """The number of units of an image."""
@@ -164,16 +188,17 @@ class Camera:
         values = self._pool.values(noted(), advance)
         for first in values:
             one = coming.pop(0)
+            exposure: Exposure = one.arguments[0]
             seconds = 0.0
 
-            def strips(one: Series = one, first: Array = first) -> Iterator[Array]:
+            def strips(one: Series = one, exposure: Exposure = exposure, first: Array = first) -> Iterator[Array]:
                 nonlocal seconds
                 for value in (first, *islice(values, one.count - 1)):
                     seconds += float(value[0])
-                    yield value[1:].reshape(one.arguments[2])
+                    yield value[1:].reshape(exposure.shape)
 
-            bands = self._footprint.bands(one.arguments[3])
-            yield self._footprint.whole(strips(), bands, self.integrator.layout(self.sensor.film())), seconds
+            bands = self._footprint.bands(exposure.spp)
+            yield self._footprint.whole(strips(), bands, exposure.layout), seconds
 
 
 def table_of(recipe: Recipe) -> SampleTable:
@@ -181,23 +206,29 @@ def table_of(recipe: Recipe) -> SampleTable:
     return recipe.kept() if recipe.seed == 0 else recipe.make()
 
 
-def _band(shot: Shot, table: SampleTable | None, shape: tuple[int, ...], spp: int, seed: int, k: int) -> Array:
-    """Seconds that it took, then the strip of band k, filled up to `shape`."""
+def _band(exposure: Exposure, table: SampleTable | None, k: int) -> Array:
+    """Seconds that rendering took, then the strip of band k, filled up to the shape of all strips."""
     with _last.lock, one_line_errors():
-        scene, sensor, integrator = shot.loaded()
+        scene, sensor, integrator = exposure.shot.loaded()
         if table is not None:
             integrator.take(table)
         with _threads():
-            if shot.plugin not in _last.compiled:  # the first row of all, not to count the time that it takes
-                integrator.band_means(scene, sensor, seed, spp, range(1))
-                _last.compiled.add(shot.plugin)
-            start = time.perf_counter()
-            strip = integrator.render_band(scene, sensor, seed, spp, k)
-            seconds = time.perf_counter() - start
-    value = np.zeros(1 + math.prod(shape))
+            strip, seconds = timed(integrator.render_band, scene, sensor, exposure.seed, exposure.spp, k)
+    value = np.zeros(1 + math.prod(exposure.shape))
     value[0] = seconds
     value[1 : 1 + strip.size] = strip.ravel()
     return value
+
+
+def timed(function: Callable[..., Array], *arguments: Any) -> tuple[Array, float]:
+    """The value of ``function(*arguments)`` and the seconds that it took, without those of compiling kernels."""
+    with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+        dr.kernel_history_clear()
+        start = time.perf_counter()
+        value = function(*arguments)
+        seconds = time.perf_counter() - start
+        milliseconds = sum(kernel.get("backend_time", 0.0) for kernel in dr.kernel_history())
+    return value, seconds - milliseconds / 1000
 
 
 @contextmanager

@@ -19,8 +19,8 @@ from .._support.files import atomic_directory
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, Advance, LocalFile, Pool
 from ..results.equal_error import equal_error_ratio
-from ..results.power_law import fit_power_law
 from ..results.manifest import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
+from ..results.power_law import fit_power_law
 from .bands import Camera, Shot, forgetting
 from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
 from .loading import default_variant, scene_path, use_variant

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._support.units import ONE_PROCESS, Advance, Array, Pool, Series
-from ..results.power_law import fit_power_law
 from ..designs.sampling import SampleSet, sample
+from ..results.power_law import fit_power_law
 from ..rules.registry import weights
 from .integrand import Integrand
 from .moments import Moments, add_packed
