@@ -250,7 +250,10 @@ def table(
 
 Scene = Annotated[str, typer.Argument(help="Mitsuba XML file, or a built-in scene such as depth-of-field or sky.")]
 Domain = Annotated[
-    str, typer.Option(help="What the sets sample: lens, time, wavelength, light, pixel, or several as pixel+time.")
+    str,
+    typer.Option(
+        help="What the sets sample: lens, time, wavelength, light, pixel, several as pixel+time; auto: what there is."
+    ),
 ]
 Size = Annotated[str | None, typer.Option(help="Width and height of the image, such as 320x240.")]
 Jitter = Annotated[bool, typer.Option(help="Sample the pixel's area, or its centre.")]
@@ -268,7 +271,7 @@ Variant = Annotated[
 def render(
     scene: Scene,
     output: Annotated[Path, typer.Option("-o", "--output", help="Image to write, .exr or .png.")],
-    domain: Domain = "lens",
+    domain: Domain = "auto",
     spp: Annotated[
         int | None, typer.Option(help="Samples per pixel; 64 unless --time or --target-error end it.")
     ] = None,
@@ -318,7 +321,7 @@ def render(
 def compare(
     scene: Scene,
     output: Output,
-    domain: Domain = "lens",
+    domain: Domain = "auto",
     spp: Annotated[str, typer.Option(help="Samples per pixel, separated by commas.")] = "16,64,256",
     methods: Annotated[
         str | None,

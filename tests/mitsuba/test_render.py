@@ -300,7 +300,7 @@ PINHOLE = """<scene version="3.0.0"><sensor type="perspective"/><shape type="sph
         ("nowhere.xml", [], "there is no scene 'nowhere.xml'"),
         ("broken.xml", [], "broken.xml"),
         ("unknown.xml", [], "nonsense"),
-        ("pinhole.xml", [], "use a 'thinlens' sensor"),
+        ("pinhole.xml", ["--domain", "lens"], "use a 'thinlens' sensor"),
         ("empty.xml", [], "no scene with a sensor"),
         ("depth-of-field", ["--spp", "13"], "nearest that do are n = 12"),
         ("depth-of-field", ["--spp", "0"], "spp must be"),

@@ -70,20 +70,24 @@ class Shot:
         values = {f"parameter {name}": value for name, value in sorted(self.parameters.items())}
         return settings | values | versions | {f"file {name}": hashed for name, hashed in files.items()}
 
-    def loaded(self) -> tuple[mi.Scene, mi.Sensor, mi.Integrator]:
-        """Scene, sensor and plug-in; the last ones stay in memory."""
+    def stage(self) -> tuple[mi.Scene, mi.Sensor]:
+        """Scene and sensor; the last scene stays in memory."""
         if mi.variant() != self.variant:
             mi.set_variant(self.variant)
         key = f"{self.scene.path} {self.variant} {self.size} {self.sensor} {sorted(self.parameters.items())}"
         if key not in _last.scenes:
             _last.forget()
             _last.scenes[key] = load_scene(self.scene.path, self.size, parameters=self.parameters, sensor=self.sensor)
-        scene = _last.scenes[key]
+        return _last.scenes[key], find_sensor(_last.scenes[key], self.sensor)
+
+    def loaded(self) -> tuple[mi.Scene, mi.Sensor, mi.Integrator]:
+        """Scene, sensor and plug-in; the last ones stay in memory."""
+        scene, sensor = self.stage()
         if self.plugin not in _last.integrators:
             _last.integrators.clear()
             properties = self.properties | (motion_of(scene) if self.kind == "reweighted" else {})
             _last.integrators[self.plugin] = make_integrator(self.kind, own_integrator(scene), **properties)
-        return scene, find_sensor(scene, self.sensor), _last.integrators[self.plugin]
+        return scene, sensor, _last.integrators[self.plugin]
 
 
 @dataclass(frozen=True)

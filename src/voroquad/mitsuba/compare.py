@@ -22,6 +22,7 @@ from ..results.equal_error import equal_error_ratio
 from ..results.manifest import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
 from ..results.power_law import fit_power_law
 from .bands import Camera, Shot, forgetting
+from .default_domain import AUTO, settle_domain
 from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
 from .loading import default_variant, scene_path, use_variant
 from .methods import SOBOL, UNIFORM, Method, Stage, methods_for
@@ -62,7 +63,7 @@ def compare(
     scene: str | os.PathLike[str],
     out: str | os.PathLike[str],
     *,
-    domain: str = "lens",
+    domain: str = AUTO,
     spp: Sequence[int] = (16, 64, 256),
     methods: Sequence[str] | None = None,
     size: tuple[int, int] | None = None,
@@ -85,7 +86,8 @@ def compare(
         Folder for images (EXR and PNG), differences, close-ups, ``errors.csv``, the plot of the errors and
         ``results.json``. Written whole or not at all.
     domain : str
-        What the sets sample, see :class:`voroquad.mitsuba.integrator.Reweighted`.
+        What the sets sample, see :class:`voroquad.mitsuba.integrator.Reweighted`; by default what the scene has, see
+        :func:`voroquad.mitsuba.default_domain.choose_domain`.
     spp : sequence of int
         Samples per pixel.
     methods : sequence of str, optional
@@ -133,8 +135,9 @@ def compare(
     use_variant(domain, variant)
     path = scene_path(scene).resolve()
     shot = Shot(LocalFile(path), mi.variant(), size, "plain", {}, sensor, dict(parameters or {}))
-    loaded, taken, _ = shot.loaded()
-    stage = Stage(loaded, taken, domain, jitter)
+    loaded, camera_sensor = shot.stage()
+    domain = settle_domain(domain, loaded, camera_sensor, jitter=jitter, show=show_progress)
+    stage = Stage(loaded, camera_sensor, domain, jitter)
     chosen = _chosen(methods_for(stage, spp), methods)
     for method in chosen:
         for n in spp:

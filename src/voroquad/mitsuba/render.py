@@ -9,7 +9,7 @@ import os
 import re
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -23,6 +23,7 @@ from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, LocalFile, Pool
 from .bands import Camera, Shot, forgetting
 from .blend import Floats
+from .default_domain import AUTO, settle_domain
 from .errors import one_line_errors
 from .loading import scene_path, use_variant
 from .rounds import Rounds, round_seed
@@ -195,7 +196,7 @@ def render(
     scene: str | os.PathLike[str],
     out: str | os.PathLike[str],
     *,
-    domain: str = "lens",
+    domain: str = AUTO,
     spp: int | None = None,
     sampler: str = "stratified",
     order: int | None = None,
@@ -224,7 +225,10 @@ def render(
     out : str or path
         Image file to write: .exr (linear; with the channels ``lambda``, the blend's λ, and ``variance``, the
         estimated variance of each pixel, if there are two rounds) or .png (sRGB).
-    domain, sampler, order, debias, weighted, blend, jitter
+    domain : str
+        What the sets sample; by default what the scene has, see
+        :func:`voroquad.mitsuba.default_domain.choose_domain`.
+    sampler, order, debias, weighted, blend, jitter
         As the properties of the plug-in, :class:`voroquad.mitsuba.integrator.Reweighted`.
     spp, per_round, seconds, target_error
         How long to render, see :class:`Plan`. Each round takes new sample sets.
@@ -267,10 +271,11 @@ def render(
     check_writable(out)
     path = scene_path(scene).resolve()
     use_variant(domain, variant)
+    shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", {}, sensor, dict(parameters or {}))
+    domain = settle_domain(domain, *shot.stage(), jitter=jitter, show=show_progress)
     settings = {"domain": domain, "sampler": sampler, "order": order, "debias": debias, "weighted": weighted,
                 "blend": blend, "jitter": jitter}  # fmt: skip
-    properties = {name: value for name, value in settings.items() if value is not None}
-    shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", properties, sensor, dict(parameters or {}))
+    shot = replace(shot, properties={name: value for name, value in settings.items() if value is not None})
     loaded, camera_sensor, integrator = shot.loaded()
     integrator.check(loaded, camera_sensor)
     integrator.check_samples(camera_sensor, plan.n)
@@ -313,6 +318,7 @@ def render(
         "output": os.fspath(out),
         "width": width,
         "height": height,
+        "domain": domain,
         "spp": rounds.count * plan.n,
         "rounds": rounds.count,
         "mean": rounds.mean if math.isfinite(rounds.mean) else None,

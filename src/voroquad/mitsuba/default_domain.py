@@ -1,0 +1,69 @@
+"""Which domain to sample where none is named."""
+
+from __future__ import annotations
+
+import sys
+
+import mitsuba as mi
+
+from . import lights  # by its module, which is loaded anew for each variant
+from .loading import motion_of, own_integrator
+
+#: The name that leaves the choice to us
+AUTO = "auto"
+
+
+def settle_domain(name: str, scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool, show: bool) -> str:
+    """The domain of that name; for "auto" the one that is chosen, which is told on standard error if `show`."""
+    if name != AUTO:
+        return name
+    chosen, reason = choose_domain(scene, sensor, jitter=jitter)
+    if show:
+        print(f"voroquad: domain {chosen}, {reason}; --domain names another", file=sys.stderr)
+    return chosen
+
+
+def choose_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> tuple[str, str]:
+    """The domain that the scene has, and why it was chosen.
+
+    Parameters
+    ----------
+    scene : mitsuba.Scene
+        With its integrator.
+    sensor : mitsuba.Sensor
+        The one that takes the image.
+    jitter : bool
+        Is the pixel's area sampled?
+
+    Returns
+    -------
+    name, reason : str
+        That of the scene's own ``reweighted`` if there is one. Else ``lens`` if the sensor has an aperture, ``time`` if
+        its shutter is open for some time and something moves, ``light`` if an emitter has an area or is the
+        environment and the scene's integrator takes one emitter sample at the first hit, else ``pixel``.
+
+    Raises
+    ------
+    ValueError
+        Only the pixels' area is left, and `jitter` is false.
+    """
+    own = getattr(scene.integrator(), "domain", None)
+    if own is not None:
+        return own.name, "as the scene's integrator has it"
+    if sensor.needs_aperture_sample():
+        return "lens", "since the sensor has an aperture"
+    if sensor.shutter_open_time() > 0 and (hasattr(sensor, "track") or motion_of(scene)):
+        return "time", "since the camera or an object moves"
+    if any(not mi.has_flag(emitter.flags(), mi.EmitterFlags.Delta) for emitter in scene.emitters()):
+        try:
+            lights.FirstHit(own_integrator(scene))
+        except ValueError:
+            pass
+        else:
+            return "light", "since nothing moves, the sensor has no aperture and an emitter has an area"
+    if not jitter:
+        raise ValueError(
+            "the scene has no aperture, no motion and no light with an area to sample; "
+            "sample the pixels' area (--jitter), or name a domain"
+        )
+    return "pixel", "since there is no aperture, no motion and no light with an area to sample"
