@@ -47,7 +47,7 @@ def test_srgb_is_mitsubas():
 def test_command(tmp_path):
     done = CliRunner().invoke(app, ["render", "depth-of-field", *SMALL, "-o", str(tmp_path / "o.png"), "--json"])
     assert done.exit_code == 0, done.output
-    assert json.loads(done.output)["width"] == 32
+    assert json.loads(done.stdout)["width"] == 32
     assert np.array(mi.Bitmap(str(tmp_path / "o.png"))).shape == (24, 32, 3)
 
 

@@ -22,7 +22,7 @@ from ..results.equal_error import equal_error_ratio
 from ..results.manifest import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
 from ..results.power_law import fit_power_law
 from .bands import Camera, Shot, forgetting
-from .default_domain import AUTO, settle_domain
+from .default_domain import AUTO, settle_domain, tell
 from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
 from .loading import default_variant, scene_path, use_variant
 from .methods import SOBOL, UNIFORM, Method, Stage, methods_for
@@ -136,7 +136,7 @@ def compare(
     path = scene_path(scene).resolve()
     shot = Shot(LocalFile(path), mi.variant(), size, "plain", {}, sensor, dict(parameters or {}))
     loaded, camera_sensor = shot.stage()
-    domain = settle_domain(domain, loaded, camera_sensor, jitter=jitter, show=show_progress)
+    domain, choice = settle_domain(domain, loaded, camera_sensor, jitter=jitter)
     stage = Stage(loaded, camera_sensor, domain, jitter)
     chosen = _chosen(methods_for(stage, spp), methods)
     for method in chosen:
@@ -146,6 +146,7 @@ def compare(
         "command": "compare", "domain": domain, "spp": spp, "methods": methods, "seed": seed, "seeds": seeds,
         "jitter": jitter,
     })  # fmt: skip
+    tell(choice, show=show_progress)
     studio = Studio(shot, stage, pool)
     rounds = reference_rounds(stage, max(spp), seed)
     images = [_Image(m, n, seed, k) for n in spp for m in chosen if m.makes(n) for k in range(seeds)]

@@ -13,14 +13,18 @@ from .loading import motion_of, own_integrator
 AUTO = "auto"
 
 
-def settle_domain(name: str, scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool, show: bool) -> str:
-    """The domain of that name; for "auto" the one that is chosen, which is told on standard error if `show`."""
+def settle_domain(name: str, scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> tuple[str, str]:
+    """The domain of that name, or for "auto" the one that is chosen; what to say of the choice, if there was one."""
     if name != AUTO:
-        return name
+        return name, ""
     chosen, reason = choose_domain(scene, sensor, jitter=jitter)
-    if show:
-        print(f"voroquad: domain {chosen}, {reason}; --domain names another", file=sys.stderr)
-    return chosen
+    return chosen, f"voroquad: domain {chosen}, {reason}; --domain names another"
+
+
+def tell(line: str, *, show: bool) -> None:
+    """Print a line, if there is one and it is to be shown, on standard error."""
+    if line and show:
+        print(line, file=sys.stderr)
 
 
 def choose_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> tuple[str, str]:

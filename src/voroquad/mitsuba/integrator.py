@@ -10,6 +10,7 @@ import mitsuba as mi
 import numpy as np
 
 from .._support.checks import one_of
+from ..designs.sampling import sample
 from ..geometry.cells import cells
 from ..rules.registry import weights
 from ..sample_tables import Recipe, SampleTable
@@ -183,6 +184,12 @@ class Reweighted(Plain):
         if spp % n:
             raise ValueError(f"sets of samples={n} do not divide {spp} samples per pixel; take a multiple of {n}")
         return n
+
+    def check_samples(self, sensor: mi.Sensor, spp: int) -> None:
+        """Raise ValueError if the sampler makes another number of samples per pixel, or the design no such sets."""
+        super().check_samples(sensor, spp)
+        if self.tabled and self._settings is not None:
+            sample(self._settings.design, self.set_size(sensor, spp), self.domain.dimension, rng=0)
 
     def recipe(self, sensor: mi.Sensor, seed: int, spp: int) -> Recipe:
         """How to make the table of an image of this seed."""

@@ -8,7 +8,6 @@ from typing import Any
 
 import mitsuba as mi
 
-from ..designs.sampling import sample
 from ..results.manifest import Line
 from ..results.style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION
 from .domains import find_domain
@@ -64,7 +63,6 @@ class Method:
             integrator.check(stage.scene, stage.sensor)
             integrator.check_samples(stage.sensor, spp)
             integrator.check_blend(stage.sensor, 1)
-            sample(self.properties["sampler"], spp, integrator.domain.dimension, rng=0)
 
     def makes(self, spp: int) -> bool:
         """Whether a sampler of Mitsuba's makes this number of samples, or rounds it."""

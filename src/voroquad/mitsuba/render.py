@@ -23,7 +23,7 @@ from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, LocalFile, Pool
 from .bands import Camera, Shot, forgetting
 from .blend import Floats
-from .default_domain import AUTO, settle_domain
+from .default_domain import AUTO, settle_domain, tell
 from .errors import one_line_errors
 from .loading import scene_path, use_variant
 from .rounds import Rounds, round_seed
@@ -272,7 +272,7 @@ def render(
     path = scene_path(scene).resolve()
     use_variant(domain, variant)
     shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", {}, sensor, dict(parameters or {}))
-    domain = settle_domain(domain, *shot.stage(), jitter=jitter, show=show_progress)
+    domain, choice = settle_domain(domain, *shot.stage(), jitter=jitter)
     settings = {"domain": domain, "sampler": sampler, "order": order, "debias": debias, "weighted": weighted,
                 "blend": blend, "jitter": jitter}  # fmt: skip
     shot = replace(shot, properties={name: value for name, value in settings.items() if value is not None})
@@ -287,6 +287,7 @@ def render(
     rounds = Rounds.load(state_path(out), key) if resume else None
     if rounds is not None:  # perhaps nothing is left to do, and the image was not written
         write_rounds(film, integrator, rounds, out)
+    tell(choice, show=show_progress)
     pool.begin(key)
     camera = Camera(shot, pool)
     bands = camera.bands(plan.n)
