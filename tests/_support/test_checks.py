@@ -84,3 +84,23 @@ PIECES = vq.PiecewiseUniform([0, 0.5, 1], [2, 1])
 def test_no_entrance_takes_masked_values(call):
     with pytest.raises(ValueError, match="must not be masked"):
         call(MASKED)
+
+
+@pytest.mark.parametrize("shape", [(1, 2), (1, 3), (2, 3), (2, 5), (3, 8), (2, 100)])
+def test_fewer_points_than_dimensions_may_be_transposed(shape):
+    points = np.random.default_rng(1).random(shape)
+    with pytest.raises(
+        ValueError, match=rf"samples of shape \({shape[0]}, {shape[1]}\) may be .*: pass samples\.T for"
+    ):
+        vq.weights(points)
+    with pytest.raises(ValueError, match=rf"{shape[1]} points in d = {shape[0]}, samples\[None\] for {shape[0]} point"):
+        vq.weights(points, order=1, debias="leave-one-out", design="uniform")
+    if shape[1] <= 8:
+        assert vq.weights(points.T).shape == shape[1:]
+        assert vq.weights(points[None]).shape == (1, shape[0])
+        assert vq.weights(vq.SampleSet(points, "uniform")).shape == shape[:1]
+
+
+def test_as_many_points_as_dimensions_or_more_are_rows():
+    for shape in ((1, 1), (2, 2), (3, 3), (3, 2), (8, 4)):
+        assert vq.weights(np.random.default_rng(1).random(shape)).shape == shape[:1]

@@ -91,8 +91,8 @@ def test_auto_picks_an_unbiased_rule():
         ([0.5], {"order": 9}, "order must be a whole number from 0 to 8"),
         ([0.5], {"order": 0.5}, "order must be"),
         ([0.5], {"debias": "exchange"}, "no rule for .*there are: .*debias='exchange' with order 0, d = 1"),
-        ([[0.5, 0.5]], {"debias": "exchange", "design": "uniform"}, "no rule for .* d = 2"),
-        ([[0.5, 0.5]], {"order": 5}, "no rule for [^;]*; there are: (debias='none' [^;]*(; |$))+$"),
+        ([[[0.5, 0.5]]], {"debias": "exchange", "design": "uniform"}, "no rule for .* d = 2"),
+        ([[[0.5, 0.5]]], {"order": 5}, "no rule for [^;]*; there are: (debias='none' [^;]*(; |$))+$"),
         ([0.1, 0.2], {"design": "stratified"}, "must hold one point, but stratum 0 holds 2"),
     ],
 )

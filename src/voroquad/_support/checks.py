@@ -98,16 +98,18 @@ def point_array(points: ArrayLike, *, name: str = "points") -> NDArray[np.float6
     return array
 
 
-def refuse_transposed(name: str, shape: tuple[int, ...]) -> None:
-    """Raise ValueError for a shape (n, d) of at most three points in more than three dimensions.
+def refuse_transposed(points: ArrayLike, *, name: str = "points") -> None:
+    """Raise ValueError for an array (n, d) of fewer points than dimensions.
 
-    It is far more often (d, n): many points in few dimensions, as SciPy's integrands take them. A batch of one set,
-    (1, n, d), says that it is not.
+    It may as well be (d, n), the shape in which SciPy's integrands take points. A batch of one set, (1, n, d), says
+    that it is not. Arrays with as many points as dimensions or more are read as documented, (n, d).
     """
-    if len(shape) == 2 and shape[0] <= 3 < shape[1]:
+    shape = np.shape(points)
+    if len(shape) == 2 and shape[0] < shape[1]:
+        count = "1 point" if shape[0] == 1 else f"{shape[0]} points"
         raise ValueError(
-            f"{name} of shape {shape} may be (n, d) or (d, n): pass {name}.T for {shape[1]} points in {shape[0]} "
-            f"dimensions, {name}[None] for {shape[0]} in {shape[1]}"
+            f"{name} of shape {shape} may be (n, d) or (d, n): pass {name}.T for {shape[1]} points in d = {shape[0]}, "
+            f"{name}[None] for {count} in d = {shape[1]}"
         )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.stats import qmc
 
-from .._support.checks import one_of, positive_int, unit_points
+from .._support.checks import one_of, positive_int, refuse_transposed, unit_points
 from .design import DESIGNS, SAMPLERS, design_of
 from .engines import EngineFactory, design_name, engine_points, on_a_lattice
 from .grids import grid_shape, stratum_index
@@ -196,6 +196,7 @@ def as_sample_set(samples: SampleSet | ArrayLike, design: str | None = None) -> 
             raise ValueError(f"design={design!r} contradicts the set's own design {samples.design!r}; drop it")
         return samples
     points = unit_points(samples, closed=design is None)
+    refuse_transposed(samples, name="samples")
     if design is None:
         return SampleSet(points, "unknown")
     one_of("design", design, DESIGNS)

@@ -134,7 +134,7 @@ class ProductMeasure:
             support = f"from {low.tolist()} to {high.tolist()}"
             raise ValueError(f"x[{_shown(first)}] = {x[first].tolist()} is not in the support, {support}; drop it")
         u = np.stack([t.cdf(x[..., a]) for a, t in enumerate(self.distributions)], axis=-1)
-        return unit_weights(np.clip(u, 0, 1), threads=threads)
+        return _unit_weights(np.clip(u, 0, 1), threads=threads)
 
     def _inverse_cdf(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
         inverses = [t.ppf if hasattr(t, "ppf") else t.icdf for t in self.distributions]
@@ -363,7 +363,7 @@ class PiecewiseUniform:
             pieces = self._split(samples)
         return np.concatenate(
             [
-                measure * unit_weights(piece, order=order, debias=debias, design=design, threads=threads)
+                measure * _unit_weights(piece, order=order, debias=debias, design=design, threads=threads)
                 for measure, piece in zip(self.measures, pieces, strict=True)
             ],
             axis=-1,
@@ -387,6 +387,13 @@ class PiecewiseUniform:
             )
         u = np.minimum((x - lower) / (upper - lower), np.nextafter(1.0, 0.0))
         return np.split(u, np.cumsum(self.counts)[:-1], axis=-2)
+
+
+def _unit_weights(points: SampleSet | NDArray[np.float64], **options: Any) -> NDArray[np.float64]:
+    """Weights of points of the unit box whose dimension is known, so that even a single one is no matter of doubt."""
+    if isinstance(points, np.ndarray) and points.ndim == 2:
+        return unit_weights(points[None], **options)[0]
+    return unit_weights(points, **options)
 
 
 def _axes(edges: Any) -> list[NDArray[np.float64]]:

@@ -45,7 +45,7 @@ def weigh_file(
         The number of points, the dimension and the sum of the weights.
     """
     points = read_points(source)
-    w = weights(points, order=order, debias=debias, design=design)
+    (w,) = weights(points[None], order=order, debias=debias, design=design)  # rows are points, even a single one
     columns = [*(f"x{a + 1}" for a in range(points.shape[1])), "weight"]
     with atomic_path(target) as temporary:
         table = np.column_stack([points, w])

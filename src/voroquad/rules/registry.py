@@ -41,7 +41,8 @@ def weights(
     ----------
     samples : SampleSet or array_like, (n,), (n, d) or (sets, n, d)
         What :func:`voroquad.sample` returned, or bare points of [0, 1)^d (of [0, 1]^d without a
-        design).
+        design). A bare array of fewer points than dimensions is refused, since it may be (d, n); ``points[None]``
+        says that it is not.
     order : int, "kriging" or "auto"
         0: a sample stands for its Voronoi cell. p ≥ 1: polynomials of total degree p are integrated
         exactly; where a set has too few strata for p, the highest degree that it supports. "kriging":
@@ -71,8 +72,8 @@ def weights(
     Raises
     ------
     ValueError
-        Points outside the box; a combination of order, debias, design and d that has no rule (the
-        message lists those that have).
+        Points outside the box; an array that may be transposed; a combination of order, debias, design and d that
+        has no rule (the message lists those that have).
 
     Notes
     -----
