@@ -60,12 +60,12 @@ def coverage_table() -> str:
 
 def weight_bounds_table() -> str:
     """Sums and largest weights of the default rules."""
-    names = {"d": "d", "strata": "strata", "order": "rule", "sets": "sets", "sum_mean": "Σ\\|w\\|, mean"}
-    names |= {"sum_largest": "Σ\\|w\\|, worst set", "weight_largest": "largest N \\|w\\|"}
+    names = {"d": "d", "design": "samples", "strata": "strata", "order": "rule", "sets": "sets"}
+    names |= {"sum_mean": "Σ\\|w\\|, mean", "sum_largest": "Σ\\|w\\|, worst set", "weight_largest": "largest N \\|w\\|"}
     measured = read(RESULTS / "weight_bounds.csv")
     for r in measured:
         r["order"] = f"kriging, drift {r['drift']}" if r["drift"] else f"order {r['order']}"
-    return markdown([[*names.values()], *([r[k] for k in names] for r in measured)], "lll")
+    return markdown([[*names.values()], *([r[k] for k in names] for r in measured)], "llll")
 
 
 #: Of each kind of rule one or two

@@ -28,8 +28,9 @@ Indices = NDArray[np.intp]
 SPACINGS, PART = 5.0, 0.5
 
 #: Noise by dimension, in units of what the samples are too far apart to resolve. It keeps weights tame, above all near
-#: the border: Σ|w| ≤ 1.1 in every set of a hundred samples or more (benchmarks/weight_bounds.py). It costs smooth
-#: integrands some of their digits; edges and kinks gain from it.
+#: the border: Σ|w| ≤ 1.1 in every multi-jittered set of a hundred samples or more. Stratified sets leave wider gaps; of
+#: those in the plane a few of 20 000 exceed that, most on grids twice as long as wide (benchmarks/weight_bounds.py).
+#: Noise costs smooth integrands some of their digits; edges and kinks gain from it.
 NOISE = {1: 12, 2: 12}
 NOISE_ELSEWHERE = 3
 
