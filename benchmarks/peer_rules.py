@@ -54,10 +54,11 @@ def by_control_neighbours(functions: Sequence[Integrand], n: int, rng: np.random
 def cubic_stratification(order: int, functions: Sequence[Integrand], n: int, rng: np.random.Generator) -> Estimates:
     """k^d cubes with a uniform point in each; its mirror image in the centre; a Taylor polynomial as control variate.
 
-    N. Chopin and M. Gerber, "Higher-order stochastic integration through cubic stratification", SIAM J. Numer. Anal.
-    2024, the estimator for functions that do not vanish at the boundary. With c the centres and u uniform in a cube,
-    order 1 is the mean of f(c + u), which is Haber's first rule; order 2 that of [f(c + u) + f(c − u)] / 2, his
-    second; order r = 4, 6, … subtracts Σ_{l = 2, 4, … r−2} Σ_{|α| = l} D^α f(c) (u^α − E u^α) / α!, with derivatives
+    N. Chopin and M. Gerber, "Higher-order Monte Carlo through cubic stratification", SIAM J. Numer. Anal. (2024;
+    preprint arXiv:2210.01554), the estimator for functions that do not vanish at the boundary. With c the centres and
+    u uniform in a cube, order 1 is the mean of f(c + u), which is Haber's first rule; order 2 that of
+    [f(c + u) + f(c − u)] / 2, his second; order r = 4, 6, … subtracts
+    Σ_{l = 2, 4, … r−2} Σ_{|α| = l} D^α f(c) (u^α − E u^α) / α!, with derivatives
     by differences of f at the centres that are exact for polynomials of degree < r.
     """
     d = functions[0].d

@@ -75,7 +75,8 @@ def quad(
         ``func(x)`` takes points x of shape (d, n) and returns values (n,) or, for several components
         at once, (..., n). The conventions are those of `scipy.integrate.qmc_quad`.
     a, b : float or array_like, (d,)
-        Lower and upper limits. They may be infinite. Where b < a the sign changes, as usual.
+        Lower and upper limits. They may be infinite. Where b < a the sign changes, as usual. If they are arrays, func
+        gets points of their library and dtype, on their device, and the results are such arrays too.
     n_points : int
         Largest number of evaluations of an estimate. A stratified set has the largest near-cubic
         grid of at most that many strata; other samplers split them into four replicates of the largest size
@@ -87,12 +88,12 @@ def quad(
         single degree of freedom, and the 95 % interval is 12.7 standard errors to either side.
     sampler : str or callable
         A random one of :func:`voroquad.sample`: a name, or what makes an engine from ``(d, rng=)``, such as
-        ``qmc.Sobol`` or ``functools.partial(qmc.Sobol, bits=50)``, but no engine, which has one
+        ``qmc.Sobol`` or ``functools.partial(qmc.Sobol, bits=50)``, but not an engine, which yields a single
         set. "auto" is "multi-jittered" for d ≤ 4 and "sobol" above.
     order : int, "kriging" or "auto"
-        Order of the rule. "auto" is a fixed function of the dimension and the number of points:
-        :func:`voroquad.rules.strata_fits.default_order` for stratified and multi-jittered sets,
-        :func:`voroquad.rules.cross_fit.default_order` for others.
+        Order of the rule. "auto" is a fixed function of the dimension and the number of points: for stratified and
+        multi-jittered sets :func:`voroquad.rules.strata_fits.default_order`, else "kriging". 0 is plain
+        stratification, and the plain mean of replicates.
     debias : str
         As in :func:`voroquad.weights`.
     rng : int, numpy.random.Generator or None
@@ -112,19 +113,24 @@ def quad(
     Returns
     -------
     QuadResult
-        With ``integral``, ``standard_error``, ``confidence_interval(level)``, ``n_evaluations``.
+        With ``integral``, ``standard_error``, ``confidence_interval(level)``, ``n_evaluations``, ``success`` and
+        ``warnings``. It unpacks into integral and standard error.
 
     Raises
     ------
     ValueError
-        Limits that are no numbers; n_points < 1; a rule that does not exist; a sampler that is not random;
-        values of a wrong shape.
+        Limits that are no numbers; n_points < 1; a rule that does not exist; a sampler whose points are not uniform;
+        values of a wrong shape, masked or complex ones; a func that cannot be sent to other processes.
+    TypeError
+        func is not callable; an argument of SciPy's functions that this one has not (the message says what to write).
 
     Warns
     -----
     IntegrationWarning
-        func is not finite somewhere, and the integral is NaN; a single stratum makes up the error, so that the
-        integrand is not resolved; there are too few points for an error; a tolerance is not met.
+        Value or error are not reliable; the warning's ``kind`` says why. func is not finite somewhere, and the
+        integral is NaN; all values are 0, or the estimate rests on fewer than ten samples, so that nothing is
+        resolved; a single stratum makes up the error; there are too few points for an error; a tolerance is not met.
+        Or advice: give atol where the integral is 0; func is called point by point.
 
     Notes
     -----

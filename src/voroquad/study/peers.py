@@ -71,7 +71,7 @@ def mean_over(points: Callable[[int, int, np.random.Generator], Array]) -> Estim
 
 
 def voroquad(functions: Sequence[Integrand], n: int, rng: np.random.Generator) -> Estimates:
-    """vq.quad with all its defaults; the functions are the components of one integrand."""
+    """vq.quad with its defaults; the functions are the components of one integrand."""
     d = functions[0].d
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", IntegrationWarning)  # edges of the integrands are intended
