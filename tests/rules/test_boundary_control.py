@@ -187,3 +187,17 @@ def test_it_pays_over_the_biased_rule():
     truth = dblquad(lambda y, x: np.exp(x + y / 2) * (1 + np.sin(5 * x * y)), 0, 1, 0, 1)[0]
     square = {rule: ((vq.weights(s, debias=rule) * f).sum(axis=1) - truth) ** 2 for rule in ("none", "leave-one-out")}
     assert square["leave-one-out"].mean() < 0.9 * square["none"].mean()
+
+
+def test_panels_are_exact_for_linear_factors():
+    """∫ g m over panels on each of which m is linear, with g at five points and m at two."""
+    panels = module.Panels(0.2, 0.8, 3)
+    nodes, weights = np.polynomial.legendre.leggauss(20)
+    for power in range(9):  # g m has degree 9: five Gauss points
+        on_nodes = panels.onto @ panels.fine**power
+        for m in (np.ones_like, lambda x: x, lambda x: np.maximum(x - 0.4, 0) - np.maximum(x - 0.6, 0)):
+            exact = 0.0
+            for begin in (0.2, 0.4, 0.6):
+                x = begin + 0.1 * (nodes + 1)
+                exact += 0.1 * weights @ (x**power * m(x))
+            assert panels.weights @ (on_nodes * m(panels.nodes)) == pytest.approx(exact, rel=1e-12)

@@ -85,6 +85,17 @@ def test_what_predicts_nothing_changes_its_own_residual_only(monkeypatch, design
     np.testing.assert_allclose(after - residuals, (np.arange(samples.n) == other)[None, None], atol=1e-12)
 
 
+@pytest.mark.parametrize("strata", [(50, 60), (16, 16, 16), (8, 7, 9, 10)])
+def test_the_samples_that_predict_are_spread_evenly(strata):
+    """In halves along each axis, and in the 2^d boxes of such halves, to a tenth."""
+    members = predicting(strata)
+    assert len(np.unique(members)) == kriging_rules.MOST
+    index = np.stack(np.unravel_index(np.arange(math.prod(strata)), strata))
+    octant = np.ravel_multi_index(tuple(2 * index // np.array(strata)[:, None]), (2,) * len(strata))
+    expected = kriging_rules.MOST / math.prod(strata) * np.bincount(octant)
+    np.testing.assert_allclose(np.bincount(octant[members]), expected, rtol=0.1)
+
+
 @pytest.mark.parametrize(("design", "most"), [("multi-jittered", 2048), ("multi-jittered", 40), ("stratified", 40)])
 def test_a_prediction_knows_no_value_of_its_own_colour(monkeypatch, design, most):
     """Samples of one colour may depend on each other, so what predicts one of them must not know the others."""
@@ -122,6 +133,26 @@ def test_independent_samples():
         points = vq.sample("uniform", n, d, sets=2, rng=1).points
         w = vq.weights(points, design="uniform", order="kriging", debias="leave-one-out")
         check_exact(points, w, degree)
+
+
+@pytest.mark.parametrize(("n", "d"), [(30, 1), (70, 2)])
+def test_independent_samples_are_those_of_the_definition(n, d):
+    """Î = 1/n Σ_i [ f_i − f̂^(−i)(x_i) + ∫ f̂^(−i) ], each prediction from n − 1 samples and from scratch."""
+    points = vq.sample("uniform", n, d, rng=2).points
+    f = np.exp(points.sum(axis=1))
+    assumed = model(n, d, kriging_rules.INDEPENDENT_PER_TERM)
+    whole = Intervals(np.zeros(1), np.ones(1), np.zeros(1, dtype=np.intp), 1)
+    total = 0.0
+    for i in range(n):
+        others = np.delete(np.arange(n), i)
+        kriging = Kriging(points[others], assumed)
+        predicted, integral = (
+            kriging.integrals(measures)[0] @ f[others]
+            for measures in (kriging.at_points(points[i : i + 1]), kriging.over_boxes([whole] * d))
+        )
+        total += f[i] - predicted + integral
+    w = vq.weights(points, design="uniform", order="kriging", debias="leave-one-out")
+    assert w @ f == pytest.approx(total / n, rel=1e-10)
 
 
 @pytest.mark.parametrize(("n", "d"), [(100, 2), (200, 1), (200, 3)])

@@ -206,6 +206,13 @@ def test_bits_do_not_depend_on_threads_or_batch():
         assert all((w[s] == alone[s][0][0]).all() and (residuals[s] == alone[s][1][0]).all() for s in range(3))
 
 
+def test_the_default_order_depends_on_the_shortest_axis():
+    """A block of strata must fit on it."""
+    for least in range(2, 60):
+        for longest in range(least, 2 * least + 1):
+            assert default_order((least, longest)) == default_order((longest, least)) == default_order((least, least))
+
+
 @pytest.mark.parametrize("d", range(1, 9))
 def test_stencils_have_samples_enough(d):
     for order in range(1, HIGHEST_ORDER[d] + 1):
