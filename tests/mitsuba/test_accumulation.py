@@ -9,7 +9,7 @@ import pytest
 from mitsuba.python.ad.integrators.common import ADIntegrator
 
 from voroquad.mitsuba import accumulation
-from voroquad.mitsuba.accumulation import Contributions, Footprint, Layout, pixel_means
+from voroquad.mitsuba.accumulation import Contributions, Footprint, Layout, Pass, pixel_means
 
 
 @pytest.mark.parametrize("spp", [1, 7, 16, 48, 3072])
@@ -97,6 +97,20 @@ def test_filters_are_those_of_mitsubas_film(rfilter, film):
     if rfilter != "box":
         ours = np.array(mi.render(scene, integrator=integrator, spp=16, seed=3))
         np.testing.assert_allclose(ours * (1 + done.excess.sum(0)[..., None]), splatted, rtol=1e-3, atol=2e-4)
+
+
+def test_a_wide_filter_divides_by_the_weights_of_what_they_multiply():
+    """Where what the weights multiply is 2 everywhere, the image is that and the rest, whatever weights and λ."""
+    rng = np.random.default_rng(1)
+    excess, share = rng.uniform(-0.3, 0.3, (2, 4, 5)), rng.random((2, 4, 5))
+    colours = np.full((4, 5, 3), 5.0)
+    changes = 2 * np.repeat(excess[..., None], 3, -1)
+    nothing = np.zeros_like(colours)
+    done = Pass(colours, changes, nothing, nothing, nothing, excess, nothing + 2)
+    np.testing.assert_allclose(done.blended(share), 5)
+    # Where they multiply all of it, the weighted part is the image
+    done = Pass(colours, 2.5 * changes, nothing, nothing, nothing, excess)
+    np.testing.assert_allclose(done.blended(share), 5)
 
 
 def test_halves_add_up():

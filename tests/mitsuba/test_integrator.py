@@ -11,6 +11,7 @@ import pytest
 
 import voroquad as vq
 from voroquad.mitsuba.errors import one_line_errors
+from voroquad.mitsuba.rounds import alone
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -184,6 +185,21 @@ def test_wide_filters_divide_by_the_sum_of_weights(blend):
     np.testing.assert_allclose(image(sky("gaussian"), plugin(sampler="uniform", blend=blend), 16), 0.7, rtol=2e-5)
 
 
+def test_wide_filters_lower_the_error():
+    """Weights divided by their sum are better than divided by that of the filter; and as much of them as helps, best."""
+    scene = mi.load_dict(scene_dict("gaussian"))
+    truth, _ = truth_of("gaussian")
+    errors = []
+    for seed in range(20):
+        done = plugin(sampler="uniform").render_pass(scene, scene.sensors()[0], seed, 16)
+        undivided = done.plain + done.differences.sum(0)
+        images = done.plain, undivided, done.blended(np.ones((2, *done.size))), alone(done, blend=True)[0]
+        errors.append([np.mean((made - truth) ** 2) for made in images])
+    equal, undivided, divided, blend = np.mean(errors, 0)
+    assert divided < 0.8 * undivided
+    assert blend < 1.02 * min(equal, divided)
+
+
 def test_weights_lower_the_error(scene):
     truth, _ = truth_of(jitter=False)
 
@@ -234,6 +250,28 @@ def test_seed_and_table_seed_choose_the_samples(scene):
     np.testing.assert_allclose(image(scene, plugin(jitter=False), 16, seed=1), first, atol=1e-5)
     assert np.abs(image(scene, plugin(jitter=False), 16, seed=2) - first).max() > 1e-3
     assert np.abs(image(scene, plugin(jitter=False, table_seed=5), 16, seed=1) - first).max() > 1e-3
+
+
+@pytest.mark.statistical
+def test_the_mean_of_many_seeds_converges_to_the_truth(scene):
+    """The MSE of a mean of 64 renders is 1/64 of that of one: each seed has sets of its own, few as they may be."""
+
+    def renders(count, **properties):
+        integrator = plugin(sets=8, blend="off", jitter=False, **properties)
+        return np.stack([image(scene, integrator, 4, seed=k) for k in range(count)])
+
+    def ratio(images):
+        """Of MSE; the other renders are the truth of each 64, and make its MSE a third larger."""
+        parts = images.reshape(-1, 64, *images.shape[1:])
+        truths = [independent[np.arange(256) // 64 != k].mean(0) for k in range(len(parts))]
+        single = np.mean([(part - truth) ** 2 for part, truth in zip(parts, truths, strict=True)])
+        mean = np.mean([(part.mean(0) - truth) ** 2 for part, truth in zip(parts, truths, strict=True)])
+        return single / mean
+
+    independent = renders(256)
+    assert 36 < ratio(independent) < 60  # 48
+    # Negative control, the default of the first version: one table for all seeds
+    assert ratio(renders(64, table_seed=300)) < 16
 
 
 def test_a_table_from_a_file_is_the_table_made_here(scene, tmp_path):

@@ -146,6 +146,18 @@ def test_joint_with_the_pixel():
     assert np.sqrt(np.mean((image - truth) ** 2)) < 0.1 * truth[..., :3].mean()
 
 
+def test_a_wide_filter_divides_what_the_weights_multiply():
+    """A wall in the sun is as bright everywhere, whatever the weights of the emitter samples."""
+    look = mi.ScalarTransform4f()
+    wide = film() | {"rfilter": {"type": "gaussian"}, "pixel_format": "rgb"}
+    eye = look.look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])
+    scene = {"type": "scene", "sensor": {"type": "perspective", "fov": 20, "film": wide, "to_world": eye}}
+    scene |= {"wall": {"type": "rectangle", "to_world": look.scale(4)}}
+    scene |= {"sun": {"type": "directional", "direction": [0, 0, -1]}}
+    made = images(mi.load_dict(scene), 1, type="reweighted", nested={"type": "direct"}, **RULE | {"sampler": "uniform"})
+    np.testing.assert_allclose(made[0], 0.5 / np.pi, rtol=1e-5)
+
+
 def test_derivatives_are_those_of_the_weighted_image():
     """The image is linear in the light's radiance: derivative = image(1) − image(0)."""
     scene = wall()
