@@ -8,7 +8,7 @@ import signal
 import sys
 import warnings
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -385,10 +385,7 @@ def _pool(scheduler: str | None, workers: int | None, store: str | None, output:
 
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2."""
-    for name in ("SIGTERM", "SIGHUP"):  # clean up as on Ctrl-C, but under nohup a closed terminal means nothing
-        number = getattr(signal, name, None)  # Windows has no SIGHUP
-        if number is not None and signal.getsignal(number) is not signal.SIG_IGN:
-            signal.signal(number, signal.default_int_handler)
+    _end_as_on_ctrl_c()
     try:
         if (code := app(standalone_mode=False)) == INTERRUPTED:
             raise KeyboardInterrupt
@@ -398,11 +395,32 @@ def main() -> None:
             error.show()
         sys.exit(2)
     except (ValueError, OSError, ImportError, MemoryError) as error:
-        print(f"voroquad: {_one_line(error)}", file=sys.stderr)
+        _say(_one_line(error))
         sys.exit(2)
     except (KeyboardInterrupt, typer.Abort):
-        print("voroquad: interrupted; nothing half-written was left", file=sys.stderr)
+        _say("interrupted; nothing half-written was left")
         sys.exit(INTERRUPTED)
+
+
+def _end_as_on_ctrl_c() -> None:
+    """Clean up on SIGTERM and SIGHUP too. The first of them counts: a closed terminal sends several at once."""
+    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
+    numbers = [signal.Signals[name] for name in names]
+
+    def end(number: int, frame: object) -> None:
+        for each in numbers:
+            signal.signal(each, signal.SIG_IGN)
+        raise KeyboardInterrupt
+
+    for number in numbers:
+        if signal.getsignal(number) is not signal.SIG_IGN:  # under nohup a closed terminal means nothing
+            signal.signal(number, end)
+
+
+def _say(line: str) -> None:
+    """Print a line on standard error, if there is still one."""
+    with suppress(OSError):
+        print(f"voroquad: {line}", file=sys.stderr, flush=True)
 
 
 #: The extra of the package that brings a module.

@@ -17,6 +17,7 @@ import pytest
 from cpu_time import cpu_time
 from typer.testing import CliRunner
 
+from voroquad._support.locks import only_writer
 from voroquad.cli import app
 from voroquad.mitsuba import bands
 from voroquad.mitsuba import render as renderer
@@ -83,6 +84,22 @@ def test_where_nothing_can_be_written_nothing_is_rendered(ball, tmp_path, monkey
         renderer.render(ball, tmp_path / "folder.exr", spp=16)
     with pytest.raises(OSError, match=r"/proc/o\.exr"):
         renderer.render(ball, "/proc/o.exr", spp=16)
+    (tmp_path / "o.exr.state.npz").mkdir()
+    with pytest.raises(ValueError, match=r"o\.exr\.state\.npz is a folder; name a file in it"):
+        renderer.render(ball, tmp_path / "o.exr", spp=512)
+
+
+@pytest.mark.parametrize("command", ["render", "compare"])
+def test_an_output_has_one_writer(voroquad, ball, tmp_path, command):
+    """Two renders into one file would mix an image of the one with a state of the other."""
+    out = tmp_path / "o.exr"
+    with only_writer(out):
+        run = voroquad(command, ball, "--spp", 16, "-o", out)
+    assert run.returncode == 2
+    assert (
+        run.stderr == f"voroquad: another process is writing {out}; wait until it has ended, or name another output\n"
+    )
+    assert list(tmp_path.iterdir()) == []
 
 
 # ---------------------------------------------------------------------- rounds
@@ -290,6 +307,10 @@ def test_ten_kills_lose_at_most_the_running_round(tmp_path):
     assert out.read_bytes() == (tmp_path / "whole.exr").read_bytes()
 
 
+FILM = """<scene version="3.0.0"> <default name="width" value="64"/> <default name="sensor" value="perspective"/>
+    <sensor type="$sensor" id="cam&nbsp;1"> <film type="hdrfilm">
+    <integer name="width" value="$width"/> <integer name="height" value="48"/> </film> </sensor>
+    <shape type="sphere"/> <emitter type="constant"/> </scene>"""
 PINHOLE = """<scene version="3.0.0"><sensor type="perspective"/><shape type="sphere"/></scene>"""
 
 
@@ -302,6 +323,17 @@ PINHOLE = """<scene version="3.0.0"><sensor type="perspective"/><shape type="sph
         ("unknown.xml", [], "nonsense"),
         ("pinhole.xml", ["--domain", "lens"], "use a 'thinlens' sensor"),
         ("empty.xml", [], "no scene with a sensor"),
+        ("deep.xml", [], "nests elements more than 500 levels deep; flatten it"),
+        (
+            "film.xml",
+            ["-D", "width=0", "-D", "sensor=orthographic"],
+            "the film has 0 x 48 pixels; give the",
+        ),
+        ("film.xml", ["-D", "width=200000000"], "the film has 200000000 x 48 pixels; give"),
+        ("film.xml", ["-D", "width"], "must look like name=value, got 'width'"),
+        ("film.xml", ["-D", "width=8", "-D", "width=9"], "'width' is given twice: '8' and '9'"),
+        ("film.xml", ["-D", "depth=8"], "unused parameters: - $depth=8"),
+        ("film.xml", ["--sensor", "1"], "sensor must be a whole number from 0 to 0, got 1"),
         ("depth-of-field", ["--spp", "13"], "nearest that do are n = 12"),
         ("depth-of-field", ["--spp", "0"], "spp must be"),
         ("depth-of-field", ["--size", "big"], "size must look like 320x240"),
@@ -315,6 +347,8 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, monkeypatch, capsys,
     (tmp_path / "pinhole.xml").write_text(PINHOLE)
     (tmp_path / "broken.xml").write_text("<scene")
     (tmp_path / "unknown.xml").write_text('<scene version="3.0.0"><shape type="nonsense"/></scene>')
+    (tmp_path / "deep.xml").write_text(f'<scene version="3.0.0">{"<shape>" * 20000}{"</shape>" * 20000}</scene>')
+    (tmp_path / "film.xml").write_text(FILM)
     (tmp_path / "empty.xml").write_text('<scene version="3.0.0"></scene>')
     monkeypatch.chdir(tmp_path)
     before = sorted(os.listdir())

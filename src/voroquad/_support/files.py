@@ -15,6 +15,8 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import IO
 
+from .locks import only_writer
+
 #: Names of the descriptors of this process, such as /dev/stdout
 _DESCRIPTOR = re.compile(r"(?:/dev/fd|/proc/self/fd)/(\d+)$|/dev/(stdout|stderr)$")
 
@@ -37,7 +39,7 @@ def atomic_path(path: str | os.PathLike[str]) -> Iterator[Path]:
                 shutil.copyfileobj(file, stream)
         return
     target = Path(os.path.realpath(path))
-    with _parents(target):
+    with parents_of(target):
         try:
             temporary = _new_file_beside(target)
         except OSError as error:
@@ -87,7 +89,21 @@ def check_writable(path: str | os.PathLike[str]) -> None:
         raise ValueError(f"{os.fspath(path)} is a folder; name a file in it")
     if is_stream(path):
         return
-    there = next(parent for parent in Path(os.path.realpath(path)).parents if parent.exists())
+    _check_new_files(Path(os.path.realpath(path)).parent, path)
+
+
+def check_folder(path: str | os.PathLike[str]) -> None:
+    """Raise now, before hours of work, where no files could be written into a folder later."""
+    if Path(path).exists() and not Path(path).is_dir():
+        raise ValueError(f"{os.fspath(path)} is a file; name a folder for the results")
+    target = Path(os.path.realpath(path))
+    _check_new_files(target.parent, path)
+    _check_new_files(target, path)
+
+
+def _check_new_files(folder: Path, path: str | os.PathLike[str]) -> None:
+    """Raise OSError, for `path`, where a folder, or the nearest above it that exists, takes no new files."""
+    there = next(parent for parent in (folder, *folder.parents) if parent.exists())
     try:
         tempfile.TemporaryFile(dir=there).close()
     except OSError as error:
@@ -100,12 +116,12 @@ def atomic_directory(path: str | os.PathLike[str]) -> Iterator[Path]:
 
     Files of `path` that the block did not make stay, in folders of the same name too. On an
     exception `path` is as it was; a `path` that is a file is refused before the block runs. The
-    files move in the order they were written in, so that an index written last arrives last.
+    files move in the order they were written in, so that an index written last arrives last. Another
+    process that writes into `path` meanwhile is refused.
     """
     target = Path(os.path.realpath(path))
-    if target.exists() and not target.is_dir():
-        raise ValueError(f"{os.fspath(path)} is a file; name a folder for the results")
-    with _parents(target):
+    check_folder(path)
+    with parents_of(target), only_writer(path):
         try:
             temporary = Path(tempfile.mkdtemp(prefix=f".{target.name}-", dir=target.parent))
         except OSError as error:
@@ -133,8 +149,9 @@ def _refuse_obstacles(target: Path, files: list[Path]) -> None:
 
 
 @contextmanager
-def _parents(path: Path) -> Iterator[None]:
-    """Make the folders above `path`; on an exception remove those made."""
+def parents_of(path: str | os.PathLike[str]) -> Iterator[None]:
+    """Make the folders above `path`; on an exception remove those made that are empty."""
+    path = Path(os.path.realpath(path))
     made = [parent for parent in path.parents if not parent.exists()]
     path.parent.mkdir(parents=True, exist_ok=True)
     try:

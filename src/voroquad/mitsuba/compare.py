@@ -15,47 +15,21 @@ import mitsuba as mi
 import numpy as np
 
 from .._support.checks import positive_int
-from .._support.files import atomic_directory
+from .._support.files import atomic_directory, check_folder
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, Advance, LocalFile, Pool
-from ..results.equal_error import equal_error_ratio
-from ..results.manifest import Figure, ImageComparison, ImageGrid, Plot, Rendering, Results, Section
-from ..results.power_law import fit_power_law
+from ..results.manifest import Results
 from .bands import Camera, Shot, forgetting
+from .comparison_files import write_comparison
 from .default_domain import AUTO, settle_domain, tell
-from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
+from .developing import colour_count
 from .loading import default_variant, scene_path, use_variant
+from .measurements import Measurement, Reference, errors_of
 from .methods import SOBOL, UNIFORM, Method, Stage, methods_for
-from .render import Image, check_seed, rgb, srgb, write_image
+from .render import Image, check_seed
 
 REFERENCE_FACTOR = 16  # samples of the reference over the most samples of a method
 MAX_WAVEFRONT = 2**26  # rays of the reference in flight: about 1 GiB
-RELATIVE_FLOOR = 1e-2  # added to the squared reference in the relative MSE
-
-
-@dataclass
-class Measurement:
-    """Images of one method at one spp against the reference: the first of them, and means over all."""
-
-    method: Method
-    spp: int
-    image: Image
-    mse: float
-    mse_error: float  # standard error over the images; NaN for one
-    relmse: float
-    flip: float
-    seconds: float
-    share: Image | None = None  # the blend's λ (height, width) in the image
-
-
-@dataclass
-class Reference:
-    """The mean of independent rounds and what is known of its error."""
-
-    image: Image
-    spp: int
-    rounds: int
-    mse: float  # estimated from its two halves
 
 
 @forgetting()
@@ -131,6 +105,7 @@ def compare(
     objects that move in slices have none of them.
     """
     check_seed(seed)
+    check_folder(out)
     spp, seeds = sorted({positive_int("spp", n) for n in spp}), positive_int("seeds", seeds)
     use_variant(domain, variant)
     path = scene_path(scene).resolve()
@@ -146,24 +121,29 @@ def compare(
         "command": "compare", "domain": domain, "spp": spp, "methods": methods, "seed": seed, "seeds": seeds,
         "jitter": jitter,
     })  # fmt: skip
-    tell(choice, show=show_progress)
     studio = Studio(shot, stage, pool)
     rounds = reference_rounds(stage, max(spp), seed)
     images = [_Image(m, n, seed, k) for n in spp for m in chosen if m.makes(n) for k in range(seeds)]
-
-    total = sum(studio.units(image) for image in (*rounds, *images))
-    with progress_bar(total, show=show_progress) as advance, atomic_directory(out) as folder:
-        developed = studio.developed([*rounds, *images], advance)
-        reference = make_reference(rounds, developed)
-        measured = [
-            measure(of_one, reference, developed)
-            for of_one in (images[start : start + seeds] for start in range(0, len(images), seeds))
-        ]
-        command = _command(scene, out, shot, spp, methods, seed, seeds, domain, jitter)
-        title = f"{Path(scene).stem}: renderings compared"
-        results = Results(title, command, _sections(folder, reference, measured, jitter))
+    command = _command(scene, out, shot, spp, methods, seed, seeds, domain, jitter)
+    with atomic_directory(out) as folder:
+        tell(choice, show=show_progress)
+        reference, measured = _measured(studio, rounds, images, seeds, show_progress)
+        sections = write_comparison(folder, reference, measured, jitter)
+        results = Results(f"{Path(scene).stem}: renderings compared", command, sections)
         results.write(folder)
     return results
+
+
+def _measured(
+    studio: Studio, rounds: Sequence[_Image], images: Sequence[_Image], seeds: int, show_progress: bool
+) -> tuple[Reference, list[Measurement]]:
+    """Render the rounds of the reference and the images, of each method and spp so many seeds; their errors."""
+    total = sum(studio.units(image) for image in (*rounds, *images))
+    with progress_bar(total, show=show_progress) as advance:
+        developed = studio.developed([*rounds, *images], advance)
+        reference = make_reference(rounds, developed)
+        groups = (images[start : start + seeds] for start in range(0, len(images), seeds))
+        return reference, [measure(of_one, reference, developed) for of_one in groups]
 
 
 def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
@@ -229,11 +209,14 @@ class Studio:
         return self._camera(image.method).bands(image.spp)
 
     def developed(self, images: Sequence[_Image], advance: Advance) -> Iterator[tuple[Image, float]]:
-        """The images, one after the other, and the seconds that each took."""
+        """The colours of the images, and λ where they blend, one after the other; the seconds that each took."""
+        film = self._camera(images[0].method).sensor.film()
         series = (self._camera(i.method).series(i.name, i.spp, i.render_seed, i.table_seed) for i in images)
         passes = self._camera(images[0].method).passes(series, advance)
         for image, (done, seconds) in zip(images, passes, strict=True):
-            yield self._camera(image.method).develop(done), seconds
+            shown = self._camera(image.method).develop(done)
+            colours = shown[..., : colour_count(film)]
+            yield np.concatenate([colours, shown[..., -1:]], -1) if image.method.blends else colours, seconds
 
     def _camera(self, method: Method) -> Camera:
         if method.name not in self._cameras:
@@ -257,7 +240,7 @@ def make_reference(rounds: Sequence[_Image], developed: Iterator[tuple[Image, fl
     for k, (image, _) in enumerate(islice(developed, len(rounds))):
         halves[k % 2] += image
     a, b = (half / (len(rounds) // 2) for half in halves)
-    mse = float(np.mean((a - b)[..., :3] ** 2)) / 4
+    mse = float(np.mean((a - b) ** 2)) / 4
     return Reference((a + b) / 2, len(rounds) * rounds[0].spp, len(rounds), mse)
 
 
@@ -265,163 +248,20 @@ def measure(images: Sequence[_Image], reference: Reference, developed: Iterator[
     """The mean errors of images of one method, which come next, against the reference."""
     method = images[0].method
     shown: list[tuple[Image, Image | None]] = []
-    mse, relmse, flip, seconds = [], [], [], []
-    for image, time in islice(developed, len(images)):
-        seconds.append(time)
+    errors: list[dict[str, float]] = []
+    for image, seconds in islice(developed, len(images)):
         image, share = (image[..., :-1], image[..., -1]) if method.blends else (image, None)
-        squared = (image - reference.image)[..., :3] ** 2
-        mse.append(float(squared.mean()))
-        relmse.append(float((squared / (reference.image[..., :3] ** 2 + RELATIVE_FLOOR)).mean()))
-        flip.append(mean_flip(reference.image, image))
+        errors.append(errors_of(image, reference.image) | {"seconds": seconds})
         shown.append((image, share))
-    error = float(np.std(mse, ddof=1) / np.sqrt(len(images))) if len(images) > 1 else float("nan")
-    means = {"mse": mse, "relmse": relmse, "flip": flip, "seconds": seconds}
-    return Measurement(
-        method,
-        images[0].spp,
-        shown[0][0],
-        mse_error=error,
-        share=shown[0][1],
-        **{name: float(np.mean(each)) for name, each in means.items()},
-    )
-
-
-def mean_flip(reference: Image, image: Image) -> float:
-    """Mean ꟻLIP of the images as shown (sRGB, clipped), 0 to 1."""
-    import flip_evaluator
-
-    shown = [srgb(rgb(x)).astype(np.float32) for x in (reference, image)]
-    _, mean, _ = flip_evaluator.evaluate(*shown, "LDR", inputsRGB=True, applyMagma=False, computeMeanError=True)
-    return float(mean)
+    mse = [error["mse"] for error in errors]
+    spread = float(np.std(mse, ddof=1) / np.sqrt(len(images))) if len(images) > 1 else float("nan")
+    means = {name: float(np.mean([error[name] for error in errors])) for name in errors[0]}
+    return Measurement(method, images[0].spp, shown[0][0], mse_error=spread, share=shown[0][1], **means)
 
 
 def _seed(*key: int) -> int:
     """A 32-bit seed for a purpose, independent of the others."""
     return int(np.random.SeedSequence(key).generate_state(1)[0] >> np.uint32(1))
-
-
-# ---------------------------------------------------------------------- what is left in the folder
-
-
-def _sections(folder: Path, reference: Reference, measured: list[Measurement], jitter: bool) -> list[Section]:
-    """Write images, numbers and plot; say what they are."""
-    for name in ("images", "differences", "closeups", "lambda"):
-        (folder / name).mkdir()
-    write_image(reference.image, folder / "images" / "reference.exr")
-    write_image(reference.image, folder / "images" / "reference.png")
-    for m in measured:
-        write_image(m.image, folder / "images" / f"{_stem(m)}.exr")
-        write_image(m.image, folder / "images" / f"{_stem(m)}.png")
-
-    spp = sorted({m.spp for m in measured})
-    _write_errors(folder / "errors.csv", reference, measured)
-    methods = list({m.method.name: m.method for m in measured}.values())
-    mse_figure(folder / "mse", [_curve(measured, method) for method in methods], reference.mse)
-    _write_differences(folder / "differences", reference, measured, _middle(spp))
-    windows = _write_closeups(folder / "closeups", reference, [m for m in measured if m.spp == _middle(spp)])
-    where = "the pixel's area" if jitter else "the pixel's centre"
-    comparison = ImageComparison(
-        "images/reference.exr",
-        [Rendering(m.method.label, m.spp, f"images/{_stem(m)}.exr") for m in measured],
-        "errors.csv",
-        UNIFORM.label,
-        "Two renderings under a divider, and what they miss of the reference. Below, all methods at equal samples per "
-        "pixel in the window marked in the image, which is where uniform samples err most, or in the view once "
-        "zoomed; each with its error on the one scale of the colour bar.",
-        [(w[1].start, w[0].start, w[1].stop - w[1].start, w[0].stop - w[0].start) for w in windows],
-    )
-    blended = [m for m in measured if m.share is not None]
-    mse = "mean squared error"
-    error_figure = Figure(
-        "mse.png",
-        "Mean squared error against samples per pixel and against render time; weighted sets solid, others dashed. "
-        "Beside each line's name, the slope of log MSE by least squares.",
-        "Log-log plot of the mean squared error of each method",
-        "mse.svg",
-        "errors.csv",
-        [Plot("spp", "mse", "samples per pixel", mse, None, 1), Plot("seconds", "mse", "seconds", mse, None, 0)],
-        lines={method.label: method.line for method in methods},
-    )
-    return [
-        Section(
-            "Images",
-            f"All methods render the scene's own integrator and sample {where}, at equal samples per pixel. The "
-            f"reference is the mean of {reference.rounds} rounds of unweighted Sobol' sets, {reference.spp} samples "
-            f"per pixel in all; half of it against the other half puts its own MSE at {reference.mse:.2g}.",
-            comparisons=[comparison],
-        ),
-        Section("Errors", figures=[error_figure]),
-        *([Section("Blend", grids=[_shares(folder, blended, spp)])] if blended else []),
-    ]
-
-
-def _shares(folder: Path, blended: list[Measurement], spp: list[int]) -> ImageGrid:
-    """Write the maps of λ."""
-    for m in blended:
-        assert m.share is not None
-        share_png(m.share, folder / "lambda" / f"{_stem(m)}.png")
-    methods = list(dict.fromkeys(m.method.label for m in blended))
-    pngs = {(m.method.label, m.spp): f"lambda/{_stem(m)}.png" for m in blended}
-    return ImageGrid(
-        methods,
-        [f"{n} spp" for n in spp],
-        [[pngs.get((label, n)) for n in spp] for label in methods],
-        "λ, the share of the weights that the blend uses, per tile: 0 dark blue, 1 yellow.",
-    )
-
-
-def _stem(m: Measurement) -> str:
-    return f"{m.method.name}-{m.spp}"
-
-
-def _curve(measured: list[Measurement], method: Method) -> Curve:
-    own = [m for m in measured if m.method is method]
-    spp, mse = [m.spp for m in own], [m.mse for m in own]
-    law = fit_power_law(spp, mse)
-    return Curve(method.label, method.line, spp, mse, None if law is None else law.slope)
-
-
-_COLUMNS = (
-    "method,spp,mse,uniform_mse_over_mse,flip,seconds,reference_mse,mse_error,relmse,equal_error_ratio,extrapolated"
-)
-
-
-def _write_errors(path: Path, reference: Reference, measured: list[Measurement]) -> None:
-    plain = {m.spp: m.mse for m in measured if m.method is UNIFORM}
-    baseline = [(float(n), mse) for n, mse in sorted(plain.items())]
-    with path.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file)
-        writer.writerow(_COLUMNS.split(","))
-        for m in measured:
-            ratio = f"{plain[m.spp] / m.mse:.3f}" if m.mse > 0 else "inf"
-            numbers = (f"{m.mse:.4e}", ratio, f"{m.flip:.5f}", f"{m.seconds:.3f}", f"{reference.mse:.2e}")
-            error = "" if np.isnan(m.mse_error) else f"{m.mse_error:.1e}"
-            equal = equal_error_ratio(baseline, m.spp, m.mse)
-            spp_ratio = ("", "") if np.isnan(equal.n) else (f"{equal.n:.4g}", int(equal.extrapolated))
-            writer.writerow([m.method.label, m.spp, *numbers, error, f"{m.relmse:.4e}", *spp_ratio])
-
-
-def _write_differences(folder: Path, reference: Reference, measured: list[Measurement], middle: int) -> None:
-    """Signed differences of all images, mean of the channels, on one scale: three rms errors of uniform at `middle`."""
-    errors = {(m.method.name, m.spp): (m.image - reference.image)[..., :3].mean(-1) for m in measured}
-    scale = 3 * float(np.sqrt(np.mean(errors["uniform", middle] ** 2)))
-    for (name, n), error in errors.items():
-        difference_png(error, scale, folder / f"{name}-{n}.png")
-
-
-def _write_closeups(folder: Path, reference: Reference, measured: list[Measurement]) -> list[Window]:
-    """Windows where uniform samples err most, as each method renders them at one spp."""
-    images = {m.method.name: m.image for m in measured}
-    windows = closeup_windows((images["uniform"] - reference.image)[..., :3])
-    for name, image in [("reference", reference.image), *images.items()]:
-        for k, window in enumerate(windows):
-            image_png(image[window], folder / f"{name}-{k + 1}.png", magnify=4)
-    return windows
-
-
-def _middle(spp: list[int]) -> int:
-    """The spp at which images are shown."""
-    return spp[len(spp) // 2]
 
 
 def _command(

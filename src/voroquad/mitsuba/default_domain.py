@@ -6,7 +6,6 @@ import sys
 
 import mitsuba as mi
 
-from . import lights  # by its module, which is loaded anew for each variant
 from .loading import motion_of, own_integrator
 
 #: The name that leaves the choice to us
@@ -51,6 +50,8 @@ def choose_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> tuple[
     ValueError
         Only the pixels' area is left, and `jitter` is false.
     """
+    from .lights import FirstHit  # exists once a variant is set, and anew for each
+
     own = getattr(scene.integrator(), "domain", None)
     if own is not None:
         return own.name, "as the scene's integrator has it"
@@ -60,7 +61,7 @@ def choose_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> tuple[
         return "time", "since the camera or an object moves"
     if any(not mi.has_flag(emitter.flags(), mi.EmitterFlags.Delta) for emitter in scene.emitters()):
         try:
-            lights.FirstHit(own_integrator(scene))
+            FirstHit(own_integrator(scene))
         except ValueError:
             pass
         else:

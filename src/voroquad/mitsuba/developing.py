@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import mitsuba as mi
 import numpy as np
 
 from .blend import Floats
-from .tracing import Extra
+
+if TYPE_CHECKING:
+    from .tracing import Extra
 
 
 def has_alpha(film: mi.Film) -> bool:
@@ -65,6 +68,12 @@ def develop(
 def channel_names(film: mi.Film) -> list[str]:
     """The names of the channels that a film shows."""
     return [field.name for field in film.bitmap(raw=False).struct_()]
+
+
+def colour_count(film: mi.Film) -> int:
+    """The number of channels of a film's colours: 1 if it is grey, else 3. What was in the film is lost."""
+    film.prepare([])
+    return len([name for name in channel_names(film) if name != "A"])
 
 
 def _filled(film: mi.Film, colours: Floats, layers: dict[str, Floats]) -> mi.Film:

@@ -18,7 +18,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._support.checks import one_of, positive_int
-from .._support.files import atomic_path, check_writable
+from .._support.files import atomic_path, check_writable, parents_of
+from .._support.locks import only_writer
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, LocalFile, Pool
 from .bands import Camera, Shot, forgetting
@@ -268,7 +269,8 @@ def render(
     plan = Plan(spp, per_round, seconds, target_error)
     check_seed(seed)
     one_of("image format", Path(out).suffix.lower(), (".exr", ".png"))
-    check_writable(out)
+    for file in [out, state_path(out)] if plan.several else [out]:
+        check_writable(file)
     path = scene_path(scene).resolve()
     use_variant(domain, variant)
     shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", {}, sensor, dict(parameters or {}))
@@ -281,42 +283,79 @@ def render(
     integrator.check_samples(camera_sensor, plan.n)
     if plan.rounds is not None:
         integrator.check_blend(camera_sensor, plan.rounds)
-    film = camera_sensor.film()
-    key = settings | shot.key() | {"size": [int(n) for n in film.crop_size()], "round": plan.n, "seed": seed}
+    pixels = [int(n) for n in camera_sensor.film().crop_size()]
+    key = settings | shot.key() | {"size": pixels, "round": plan.n, "seed": seed}
+    with parents_of(out), only_writer(out):
+        found = Rounds.load(state_path(out), key) if resume else None
+        tell(choice, show=show_progress)
+        pool.begin(key)
+        rounds = _all_rounds(Camera(shot, pool), plan, seed, found, Output(out, key, pool.keeps), show_progress)
+    return _summary(rounds, plan, domain) | {"output": os.fspath(out)}
 
-    rounds = Rounds.load(state_path(out), key) if resume else None
+
+@dataclass
+class Output:
+    """Where the image so far goes, and the state of its rounds beside it.
+
+    Parameters
+    ----------
+    path : str or path
+        Of the image.
+    key : dict
+        What the state belongs to.
+    kept : bool
+        Do finished units outlive the run? Then there is no state, and images are written only as often as that takes a
+        tenth of the time.
+    """
+
+    path: str | os.PathLike[str]
+    key: dict[str, Any]
+    kept: bool
+    _next: float = -math.inf
+
+    def write(self, camera: Camera, rounds: Rounds, *, state: bool, last: bool) -> None:
+        """Write the state of several rounds if it is wanted, then the image."""
+        if state and not self.kept:
+            rounds.save(state_path(self.path), self.key)
+        begun = time.monotonic()
+        if not self.kept or last or begun >= self._next:
+            write_rounds(camera.sensor.film(), camera.integrator, rounds, self.path)
+            end = time.monotonic()
+            self._next = end + PICTURES * (end - begun)
+
+
+def _all_rounds(
+    camera: Camera, plan: Plan, seed: int, rounds: Rounds | None, output: Output, show_progress: bool
+) -> Rounds:
+    """The rounds of a plan, after those that are found already."""
     if rounds is not None:  # perhaps nothing is left to do, and the image was not written
-        write_rounds(film, integrator, rounds, out)
-    tell(choice, show=show_progress)
-    pool.begin(key)
-    camera = Camera(shot, pool)
+        output.write(camera, rounds, state=False, last=True)
     bands = camera.bands(plan.n)
     numbers = itertools.count(rounds.count if rounds else 0)
     series = (
         camera.series(f"round-{k}", plan.n, round_seed(seed, k))
         for k in itertools.takewhile(lambda k: plan.rounds is None or k < plan.rounds, numbers)
     )
-    start, here, next_image = time.monotonic(), 0, -math.inf
+    start, here = time.monotonic(), 0
     with progress_bar(None, show=show_progress and (plan.several or bands > 1)) as advance:
         end = plan.rounds if rounds is None else plan.end(rounds, 0, 0)
         advance(_progress(rounds), rounds.count * bands if rounds else 0, end and end * bands)
         passes = camera.passes(series, lambda _, steps: advance(_progress(rounds), steps))
         while rounds is None or end is None or rounds.count < end:
             done, _ = next(passes)
-            rounds = rounds or Rounds(done.plain.shape, blend=integrator.blend)
+            rounds = rounds or Rounds(done.plain.shape, blend=camera.integrator.blend)
             rounds.add(done)
             here += 1
-            if plan.several and not pool.keeps:
-                rounds.save(state_path(out), key)
             end = plan.end(rounds, time.monotonic() - start, here)
-            if not pool.keeps or time.monotonic() >= next_image or rounds.count == end:
-                begun = time.monotonic()
-                write_rounds(film, integrator, rounds, out)
-                next_image = time.monotonic() + PICTURES * (time.monotonic() - begun)
+            output.write(camera, rounds, state=plan.several, last=rounds.count == end)
             advance(_progress(rounds), 0, end and end * bands)
+    return rounds
+
+
+def _summary(rounds: Rounds, plan: Plan, domain: str) -> dict[str, Any]:
+    """What there is to say of an image."""
     height, width = rounds.mean_lambda.shape
     return {
-        "output": os.fspath(out),
         "width": width,
         "height": height,
         "domain": domain,
