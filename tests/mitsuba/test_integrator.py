@@ -186,7 +186,7 @@ def test_wide_filters_divide_by_the_sum_of_weights(blend):
 
 
 def test_wide_filters_lower_the_error():
-    """Weights divided by their sum are better than divided by that of the filter; and as much of them as helps, best."""
+    """Weights divided by their sum are better than by that of the filter, and as much of them as helps is best."""
     scene = mi.load_dict(scene_dict("gaussian"))
     truth, _ = truth_of("gaussian")
     errors = []
