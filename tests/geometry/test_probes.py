@@ -18,7 +18,7 @@ def test_the_counts_are_as_accurate_as_they_say():
 
 def test_points_that_coincide_share_their_cell():
     points = np.array([[0.25] * 4, [0.75] * 4, [0.25] * 4])
-    w = vq.weights(points)
+    (w,) = vq.weights(points[None])  # one set: three points in d = 4, not four in d = 3
     assert w[0] == w[2]
     assert w == pytest.approx([0.25, 0.5, 0.25], abs=0.02)
 
