@@ -22,9 +22,19 @@ def test_weights_of_a_csv_file(voroquad, tmp_path):
     np.testing.assert_array_equal(np.loadtxt(target, delimiter=",", skiprows=1), [[0.25, 0.5, 0.5], [0.75, 0.5, 0.5]])
 
 
+def test_weights_of_points_in_a_box(voroquad, tmp_path):
+    source, target = tmp_path / "points.csv", tmp_path / "out.csv"
+    source.write_text("1,0.5\n2,0.5\n")
+    run = voroquad("weights", source, "-o", target, "--bounds", "-2*pi:4,0:1")
+    assert run.returncode == 0, run.stderr
+    np.testing.assert_allclose(np.loadtxt(target, delimiter=",", skiprows=1)[:, 2], [1.5 + 2 * np.pi, 2.5])
+
+
 @pytest.mark.parametrize(
     ("text", "options", "message"),
     [
+        ("0.25,0.5\n", ["--bounds", "0:1"], "bounds has 1 pairs"),
+        ("0.25,0.5\n", ["--bounds", "0:1,0:inf"], "must be two finite numbers"),
         ("0.25,nan\n", [], "is not inside"),
         ("0.25,0.5\n0.25\n", [], "a point per line"),
         ("", [], "holds no points"),

@@ -26,7 +26,7 @@ ARGUMENTS = {
     "sample": "sampler n d sets rng",
     "sphere_points": "u",
     "sphere_weights": "points",
-    "weights": "samples order debias design threads",
+    "weights": "samples order debias design bounds threads",
     "SampleSet": "points design strata",
     "SampleTable": "points weights design order debias",
     "SampleTable.make": "design n d sets order debias rng periodic weighted",
@@ -45,7 +45,7 @@ ATTRIBUTES = {
 
 OPTIONS = {
     "integrate": "--bounds -n --n-points --order --rtol --atol --max-evaluations --level --seed --json",
-    "weights": "-o --output --order --debias --design --json",
+    "weights": "-o --output --order --debias --design --bounds --json",
     "table": "-n --sets -o --output -d --order --debias --seed --json",
     "study": "-o --output --suite --replicates --max-n --dimensions --peers --instances --seed --scheduler --workers "
     "--store --json",

@@ -67,17 +67,22 @@ def voroquad(
 
 @app.command()
 def weights(
-    points: Annotated[Path, typer.Argument(help="CSV file: a point of the unit box per line.")],
+    points: Annotated[Path, typer.Argument(help="CSV file: a point per line.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="CSV file for the points and their weights.")],
     order: AnyOrder = 0,
     debias: Debias = "none",
     design: Annotated[str | None, typer.Option(help="How the points were drawn, where the rule must know.")] = None,
+    bounds: Annotated[
+        str | None, typer.Option(help="Sides lower:upper of the box, such as 0:4,0:1; by default the unit box.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Weigh the points of a CSV file."""
+    from .integrals.expression import parse_bounds
     from .integrals.pointfiles import weigh_file
 
-    summary = weigh_file(points, output, order=order, debias=debias, design=design)
+    sides = None if bounds is None else list(zip(*parse_bounds(bounds), strict=True))
+    summary = weigh_file(points, output, order=order, debias=debias, design=design, bounds=sides)
     if as_json:
         print(json.dumps(summary))
     else:

@@ -80,7 +80,11 @@ def test_auto_picks_an_unbiased_rule():
     ("points", "options", "message"),
     [
         ([0.5, np.nan], {}, r"points\[1\] = \[nan\] is not inside"),
-        ([[0.1, 0.2], [0.3, 1.5]], {}, r"points\[1\] = \[0.3, 1.5\] is not inside .*scale the points"),
+        (
+            [[0.1, 0.2], [0.3, 1.5]],
+            {},
+            r"points\[1\] = \[0.3, 1.5\] is not inside .*give the box as bounds=",
+        ),
         (np.full((2, 3, 1), 2.0), {}, r"points\[\(0, 0\)\]"),
         ([0.5, -0.1], {}, r"points\[1\]"),
         ([], {}, "at least one point"),
@@ -99,4 +103,80 @@ def test_auto_picks_an_unbiased_rule():
 def test_bad_input_is_refused(points, options, message):
     with pytest.raises(ValueError, match=message) as error:
         vq.weights(points, **options)
+    assert "\n" not in str(error.value)
+
+
+BOX = np.array([[-1.0, 3.0], [2.0, 2.5]])
+
+
+def _into(box, points):
+    """Points of the unit box in a box (d, 2), below its upper ends."""
+    low, high = np.asarray(box).T
+    return low + (high - low) * points
+
+
+def test_cells_of_order_0_are_those_of_the_box_itself():
+    """Two points in 4 × 1: cells of the points scaled to the unit box would be 2.41 and 1.59."""
+    x = _into(BOX, vq.sample("uniform", 50, 2, sets=3, rng=1).points)
+    w = vq.weights(x, bounds=BOX)
+    np.testing.assert_array_equal(w, vq.cells(x, bounds=BOX).measures)
+    np.testing.assert_array_equal(w[0], vq.weights(x[0], bounds=BOX, design="uniform"))
+    scaled = 2 * vq.weights((x - BOX[:, 0]) / (BOX[:, 1] - BOX[:, 0]))
+    assert abs(w - scaled).max() > 0.01
+    far = [[1.0, 0.9], [2.0, 0.1]]
+    np.testing.assert_allclose(vq.weights(far, bounds=[(0, 4), (0, 1)]), [1.5, 2.5], rtol=1e-14)
+
+
+def test_probed_cells_are_those_of_the_box_itself():
+    """With one long axis, cells are slabs: half the way to both neighbours along it."""
+    box = [(0, 1), (-500, 500), (0, 1), (0, 1)]
+    x = _into(box, vq.sample("uniform", 40, 4, rng=2).points)
+    w = vq.weights(x, bounds=box)
+    assert w.sum() == pytest.approx(1000, rel=1e-12)
+    slabs = vq.weights(x[:, 1], bounds=box[1])
+    assert abs(w - slabs).max() < 2  # probes count a slab of 25 to about 1
+    assert abs(1000 * vq.weights((x - [0, -500, 0, 0]) / [1, 1000, 1, 1]) - slabs).max() > 10
+
+
+@pytest.mark.parametrize(
+    ("design", "n", "order", "debias"),
+    [
+        ("uniform", 40, 0, "bias-function"),
+        ("uniform", 40, 0, "leave-one-out"),
+        ("uniform", 40, "kriging", "auto"),
+        ("stratified", 30, 0, "leave-one-out"),
+        ("stratified", 30, 2, "leave-one-out"),
+        ("multi-jittered", 30, "auto", "auto"),
+        ("sobol", 32, "kriging", "cross-fit"),
+    ],
+)
+def test_unbiased_rules_map_to_the_unit_box(design, n, order, debias):
+    s = vq.sample(design, n, 2, sets=2, rng=3)
+    w = vq.weights(_into(BOX, s.points), bounds=BOX, design=design, order=order, debias=debias)
+    np.testing.assert_allclose(w, 2 * vq.weights(s, order=order, debias=debias), rtol=1e-6, atol=1e-9)
+
+
+def test_points_that_rounding_puts_on_a_face_belong_to_the_last_stratum():
+    x = np.array([[0.25], [1.0]], dtype=np.float32) * np.float32(0.1)
+    w = vq.weights(x, bounds=(0, 0.1), design="stratified", debias="leave-one-out")
+    np.testing.assert_allclose(w.sum(), 0.1, rtol=1e-7)
+
+
+@pytest.mark.parametrize(
+    ("points", "bounds", "message"),
+    [
+        (
+            [[0.1, 0.2], [0.3, 1.5]],
+            (0, 1),
+            r"points\[1\] = \[0.3, 1.5\] is not inside \[0, 1\]\^2; give the box as bounds",
+        ),
+        ([[0.1, 0.2], [0.3, 1.5]], [(0, 1)], "bounds has 1 pairs .* d = 2"),
+        (np.zeros((2, 3)), [(0, 1)] * 3, r"may be \(n, d\) or \(d, n\)"),
+        ([0.5], (1, 0), r"bounds\[0\] = \(1.0, 0.0\) must be two finite numbers low < high"),
+        (vq.sample("uniform", 4, 2, rng=1), (0, 2), "bounds is for bare points, .* pass x with design='uniform'"),
+    ],
+)
+def test_bad_bounds_are_refused(points, bounds, message):
+    with pytest.raises(ValueError, match=message) as error:
+        vq.weights(points, bounds=bounds)
     assert "\n" not in str(error.value)

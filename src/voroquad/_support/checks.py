@@ -143,13 +143,20 @@ def refuse_outside(
     raise ValueError(f"{name}[{index}] = {points[first].tolist()} is not inside {box}; {remedy}")
 
 
-def unit_points(points: ArrayLike, *, closed: bool = False, name: str = "points") -> NDArray[np.float64]:
+def unit_points(
+    points: ArrayLike,
+    *,
+    closed: bool = False,
+    name: str = "points",
+    remedy: str = "scale the points to the unit box or drop it",
+) -> NDArray[np.float64]:
     """Return `points` as a float64 array, of any strides, (n, d) or (sets, n, d) inside [0, 1)^d.
 
-    One-dimensional input is read as (n, 1). With `closed`, 1 is allowed too.
+    One-dimensional input is read as (n, 1). With `closed`, 1 is allowed too. The error for a point outside ends with
+    `remedy`.
     """
     array = point_array(points, name=name)
-    refuse_outside(name, array, 0.0, 1.0, "scale the points to the unit box or drop it", closed=closed)
+    refuse_outside(name, array, 0.0, 1.0, remedy, closed=closed)
     return array
 
 

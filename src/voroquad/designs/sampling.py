@@ -195,7 +195,7 @@ def as_sample_set(samples: SampleSet | ArrayLike, design: str | None = None) -> 
         if design is not None and design != samples.design:
             raise ValueError(f"design={design!r} contradicts the set's own design {samples.design!r}; drop it")
         return samples
-    points = unit_points(samples, closed=design is None)
+    points = unit_points(samples, closed=design is None, remedy="give the box as bounds=[(low, high), ...] or drop it")
     refuse_transposed(samples, name="samples")
     if design is None:
         return SampleSet(points, "unknown")

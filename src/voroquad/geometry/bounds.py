@@ -86,6 +86,11 @@ class Bounds:
         array = np.where(self.periodic & (array < low), array + (high - low), array)
         return np.clip(array, low, below_high)
 
+    def to_unit(self, points: ArrayLike, name: str = "points") -> Floats:
+        """Points (n, d) or (sets, n, d) as those of [0, 1)^d, each axis scaled by itself; refused as in `to_core`."""
+        low, high = self._core_sides.T
+        return np.clip((self.to_core(points, name) - low) / (high - low), 0.0, np.nextafter(1.0, 0.0))
+
     def from_core(self, points: Floats) -> Floats:
         """Points (..., d) of the core in the box's own coordinates."""
         return np.ldexp(points, self._exponent) + self._offset

@@ -16,15 +16,17 @@ _SEED = 20
 _BLOCK = 2**16  # probes in memory at a time
 
 
-def probed_measures(points: Array, threads: int) -> Array:
+def probed_measures(points: Array, threads: int, sides: Array | None = None) -> Array:
     """The share of probes nearest to each point.
 
     Parameters
     ----------
     points : ndarray, (n, d) or (sets, n, d)
-        Points of the unit box. Points that coincide share their cell equally.
+        Points of the box. Points that coincide share their cell equally.
     threads : int
         Number of threads; the result does not depend on it.
+    sides : ndarray, (d, 2), optional
+        Lower and upper end of the box's sides; by default 0 and 1.
 
     Returns
     -------
@@ -38,15 +40,16 @@ def probed_measures(points: Array, threads: int) -> Array:
     1/256 of the variance of the plain mean to an estimate; Sobol' points do no worse to speak of.
     """
     if points.ndim == 3:
-        return np.stack([probed_measures(one, threads) for one in points])
+        return np.stack([probed_measures(one, threads, sides) for one in points])
     n, d = points.shape
+    low, high = np.zeros(d) if sides is None else sides[:, 0], np.ones(d) if sides is None else sides[:, 1]
     distinct, place, copies = np.unique(points, axis=0, return_inverse=True, return_counts=True)
     tree, counts = cKDTree(distinct), np.zeros(len(distinct))
     probes = qmc.Sobol(d, rng=_SEED)
     total = 1 << (PROBES * n - 1).bit_length()
     block = min(total, _BLOCK)
     for _ in range(total // block):
-        _, nearest = tree.query(probes.random(block), workers=threads)
+        _, nearest = tree.query(low + (high - low) * probes.random(block), workers=threads)
         counts += np.bincount(nearest, minlength=len(distinct))
     place = place.reshape(-1)
     return (counts / copies / total)[place]

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from .._support.files import atomic_path
 from ..rules.registry import weights
@@ -27,6 +27,7 @@ def weigh_file(
     order: int | str = 0,
     debias: str = "none",
     design: str | None = None,
+    bounds: ArrayLike | None = None,
 ) -> dict[str, Any]:
     """Read points, write them with a last column ``weight``.
 
@@ -36,7 +37,7 @@ def weigh_file(
         A file that :func:`read_points` reads.
     target : str or path
         CSV file to write.
-    order, debias, design
+    order, debias, design, bounds
         As for :func:`voroquad.weights`.
 
     Returns
@@ -45,7 +46,8 @@ def weigh_file(
         The number of points, the dimension and the sum of the weights.
     """
     points = read_points(source)
-    (w,) = weights(points[None], order=order, debias=debias, design=design)  # rows are points, even a single one
+    one_set = points[None]  # rows are points, even a single one
+    (w,) = weights(one_set, order=order, debias=debias, design=design, bounds=bounds)
     columns = [*(f"x{a + 1}" for a in range(points.shape[1])), "weight"]
     with atomic_path(target) as temporary:
         table = np.column_stack([points, w])

@@ -10,10 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .._support.checks import one_of, thread_count
+from .._support.checks import one_of, point_array, refuse_transposed, thread_count
 from ..designs.design import DESIGNS, ENGINE_DESIGNS, design_of
 from ..designs.grids import grid_shape, stratum_index
 from ..designs.sampling import SampleSet, SetKind, as_sample_set
+from ..geometry.bounds import Bounds
 from ..geometry.cells import cells
 from ..geometry.probes import probed_measures
 from . import exchange, strata_fits
@@ -33,16 +34,17 @@ def weights(
     order: int | str = 0,
     debias: str = "none",
     design: str | None = None,
+    bounds: ArrayLike | None = None,
     threads: int | None = None,
 ) -> NDArray[np.float64]:
-    """Quadrature weights of samples in the unit box.
+    """Quadrature weights of samples in the unit box, or in a box of other sides.
 
     Parameters
     ----------
     samples : SampleSet or array_like, (n,), (n, d) or (sets, n, d)
         What :func:`voroquad.sample` returned, or bare points of [0, 1)^d (of [0, 1]^d without a
-        design). A bare array of fewer points than dimensions is refused, since it may be (d, n); ``points[None]``
-        says that it is not.
+        design), or of the box that `bounds` gives. A bare array of fewer points than dimensions is refused, since it
+        may be (d, n); ``points[None]`` says that it is not.
     order : int, "kriging" or "auto"
         0: a sample stands for its Voronoi cell. p ≥ 1: polynomials of total degree p are integrated
         exactly; where a set has too few strata for p, the highest degree that it supports. "kriging":
@@ -60,19 +62,25 @@ def weights(
         others. The estimate is the mean over the sets; its weights sum to 1, those of one set need not.
         ``"auto"``: an exactly unbiased choice for the design.
     design : str, optional
-        How bare points were drawn: a sampler's name. Rules other than ``"none"`` must know.
+        How bare points were drawn: a sampler's name. Rules other than ``"none"`` must know. With `bounds`, how
+        (x − low) / (high − low) was drawn.
+    bounds : array_like, (d, 2) or (2,), optional
+        Lower and upper end of each side of the box of bare points, in their unit; a single pair is for all axes. By
+        default the unit box [0, 1]^d.
     threads : int, optional
         Number of threads; all processors by default. The result does not depend on it.
 
     Returns
     -------
     ndarray, (n,) or (sets, n)
-        The weights w of the estimate Σ_i w_i f(x_i) of ∫ f over the unit box.
+        The weights w of the estimate Σ_i w_i f(x_i) of ∫ f over the box. Where they sum to 1 in the unit box, they sum
+        to the volume of another box.
 
     Raises
     ------
     ValueError
-        Points outside the box; an array that may be transposed; a combination of order, debias, design and d that
+        Points outside the box; an array that may be transposed; `bounds` that do not fit d, or that are given with a
+        `SampleSet`, whose points are of the unit box; a combination of order, debias, design and d that
         has no rule (the message lists those that have).
 
     Notes
@@ -102,6 +110,9 @@ def weights(
     ``cross-fit``       kriging  1 to 8  randomised, two sets or more   yes       mean
     ==================  =======  ======  =============================  ========  ======
 
+    In another box, ``debias="none"`` takes the Voronoi cells of that box, with distances in the unit of the points. All
+    other rules scale each axis to [0, 1], which keeps them unbiased, and multiply the weights by the volume.
+
     References
     ----------
     J. J. Guo and E. Eisemann, "Geometric Sample Reweighting for Monte Carlo Integration", Computer Graphics Forum
@@ -115,10 +126,32 @@ def weights(
     >>> w = vq.weights(s, debias="exchange")
     >>> bool(abs(w @ f - (np.e - 1)) < abs(f.mean() - (np.e - 1)) / 1000)
     True
+    >>> vq.weights([[1.0, 0.5], [2.0, 0.5]], bounds=[(0, 4), (0, 1)])
+    array([1.5, 2.5])
     """
+    if bounds is not None:
+        return _weights_in_box(samples, bounds, order, debias, design, thread_count(threads))
     samples = as_sample_set(samples, design)
     rule, order = choose_rule(samples.kind, order, debias)
     return rule.compute(samples, order, thread_count(threads))
+
+
+def _weights_in_box(
+    points: SampleSet | ArrayLike, bounds: ArrayLike, order: int | str, debias: str, design: str | None, threads: int
+) -> NDArray[np.float64]:
+    if isinstance(points, SampleSet):
+        raise ValueError(
+            f"bounds is for bare points, and those of a {points!r} are of the unit box; map them, "
+            f"x = low + (high - low) * samples.points, and pass x with design={points.design!r}"
+        )
+    d = point_array(points).shape[-1]
+    refuse_transposed(points, name="samples")
+    box = Bounds(d, bounds)
+    samples = as_sample_set(box.to_unit(points), design)
+    rule, order = choose_rule(samples.kind, order, debias)
+    if rule.in_box is not None:
+        return rule.in_box(points, box, threads)
+    return box.volume * rule.compute(samples, order, threads)
 
 
 def choose_rule(kind: SetKind, order: int | str, debias: str) -> tuple[Rule, int | str]:
@@ -162,6 +195,8 @@ class Rule:
     compute: Callable[[SampleSet, Any, int], NDArray[np.float64]]
     fewest_sets: int = 1
     most: float = math.inf  # samples of a set
+    #: Weights of points of a box, by rules that go by distances, which scaling the axes would change
+    in_box: Callable[[Any, Bounds, int], NDArray[np.float64]] | None = None
 
     def covers(self, kind: SetKind, order: int | str) -> bool:
         """Whether the rule has a meaning for sets of this kind and this order."""
@@ -223,6 +258,15 @@ def _probed(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]
     return probed_measures(samples.points, threads)
 
 
+def _voronoi_in_box(points: ArrayLike, box: Bounds, threads: int) -> NDArray[np.float64]:
+    return cells(points, bounds=box.sides, threads=threads).measures
+
+
+def _probed_in_box(points: ArrayLike, box: Bounds, threads: int) -> NDArray[np.float64]:
+    sides, _ = box.in_core
+    return box.volume * probed_measures(box.to_core(points), threads, sides)
+
+
 def _over_bias_function(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
     return exchange.by_bias_function(samples.points, _voronoi(samples, order, threads), samples.strata)
 
@@ -276,6 +320,6 @@ RULES = (
     Rule("cross-fit", range(1, 4), range(4, 9), RANDOMISED, weigh_replicates, fewest_sets=2),
     Rule("cross-fit", KRIGING, range(1, 9), RANDOMISED, weigh_replicates, fewest_sets=2),
     Rule("bias-function", range(1), range(1, 4), INDEPENDENT, _over_bias_function),
-    Rule("none", range(1), range(1, 4), None, _voronoi),
-    Rule("none", range(1), range(4, 9), None, _probed),
+    Rule("none", range(1), range(1, 4), None, _voronoi, in_box=_voronoi_in_box),
+    Rule("none", range(1), range(4, 9), None, _probed, in_box=_probed_in_box),
 )
