@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from voroquad import _core
-from voroquad.rules.kriging import Intervals, Kriging, Model, model
+from voroquad.rules.kriging import Kriging, Model, model
+from voroquad.rules.polynomials import Intervals
 
 
 def matern(x, y, length):

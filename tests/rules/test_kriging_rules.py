@@ -11,8 +11,9 @@ from voroquad.designs.multi_jittered import offsets, period
 from voroquad.designs.sampling import SampleSet
 from voroquad.rules import kriging_rules
 from voroquad.rules.cross_fit import fit_replicates
-from voroquad.rules.kriging import Intervals, Kriging, model
+from voroquad.rules.kriging import Kriging, model
 from voroquad.rules.kriging_rules import predicting
+from voroquad.rules.polynomials import Intervals
 from voroquad.rules.strata_fits import fit_strata
 
 DESIGNS = ("stratified", "multi-jittered")

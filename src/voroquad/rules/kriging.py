@@ -8,17 +8,17 @@ good a prediction is, never whether the estimate is unbiased (docs/theory.md, (1
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import lru_cache, reduce
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
 from .. import _core
+from . import polynomials
+from .polynomials import Intervals
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -74,16 +74,6 @@ def model(n: int, d: int, per_term: int = SAMPLES_PER_TERM) -> Model:
 
 
 @dataclass(frozen=True)
-class Intervals:
-    """Uniform distributions on intervals [low_i, high_i] of an axis (m,); those of a part are added up."""
-
-    low: Array
-    high: Array
-    part: Indices
-    parts: int
-
-
-@dataclass(frozen=True)
 class Measures:
     """The integrals of each k(·, x_j) and of each term of the drift with respect to several measures."""
 
@@ -124,8 +114,8 @@ class Kriging:
             _invert_covariance(x, assumed, threads, one)
         self._inverse = inverse.reshape(*points.shape[:-1], n)
         for degree in range(assumed.degree, -1, -1):
-            self._powers = _powers(d, degree)
-            self._at_samples = self._terms(points)
+            self._powers = polynomials.powers_up_to(degree, d)
+            self._at_samples = polynomials.at_points(points, self._powers)
             solved = self._at_samples.mT @ self._inverse
             try:
                 root = np.linalg.cholesky(solved @ self._at_samples)
@@ -146,19 +136,16 @@ class Kriging:
     def over_boxes(self, axes: Sequence[Intervals]) -> Measures:
         """Of the measures that are products, over the axes, of one part of each; they come in C order of the parts."""
         *sets, n, _ = self.points.shape
-        covariances, drift = np.ones((*sets, 1, n)), np.ones((1, len(self._powers)))
+        covariances = np.ones((*sets, 1, n))
         for a, axis in enumerate(axes):
-            share = (np.arange(axis.parts)[:, None] == axis.part).astype(np.float64)
-            along = share @ _matern_means(self.points[..., None, :, a], axis.low, axis.high, self.length)
-            terms = share @ _legendre_means(2 * axis.low - 1, 2 * axis.high - 1, self._degree)
+            along = axis.share @ _matern_means(self.points[..., None, :, a], axis.low, axis.high, self.length)
             covariances = (covariances[..., :, None, :] * along[..., None, :, :]).reshape(*sets, -1, n)
-            drift = (drift[:, None] * terms[:, self._powers[:, a]]).reshape(-1, drift.shape[1])
-        return Measures(covariances, drift)
+        return Measures(covariances, polynomials.over_boxes(axes, self._powers))
 
     def at_points(self, points: Array) -> Measures:
         """Of the measures with mass 1 at one of the points (m, d); of one set only."""
         covariances = _core.matern_between(np.ascontiguousarray(points), self.points, self.length, self._threads)
-        return Measures(covariances, self._terms(points))
+        return Measures(covariances, polynomials.at_points(points, self._powers))
 
     def integrals(self, measures: Measures) -> Array:
         """What each value counts (measures, n) in the integrals of the prediction."""
@@ -176,20 +163,19 @@ class Kriging:
         """
         solved = np.empty_like(right)
         for members in _groups_of_equal_size(group):
-            half = np.moveaxis(self._half[..., members], -3, -2)
-            blocks = self._inverse[..., members[:, :, None], members[:, None, :]] - half.mT @ half
-            solution = np.linalg.solve(blocks, np.moveaxis(right[..., members], -3, -1))
+            solution = np.linalg.solve(self.blocks(members), np.moveaxis(right[..., members], -3, -1))
             solved[..., members] = np.moveaxis(solution, -1, -3)
         return solved
+
+    def blocks(self, members: Indices) -> Array:
+        """The blocks B_cc (..., groups, size, size) of groups c with these members (groups, size)."""
+        half = np.moveaxis(self._half[..., members], -3, -2)
+        inverse: Array = self._inverse[..., members[:, :, None], members[:, None, :]]
+        return inverse - half.mT @ half
 
     @property
     def _degree(self) -> int:
         return int(self._powers.max(initial=0))
-
-    def _terms(self, points: Array) -> Array:
-        """The drift's polynomials at points (..., d): (..., terms)."""
-        factors = [_legendre(2 * points[..., a] - 1, self._degree) for a in range(points.shape[-1])]
-        return reduce(np.multiply, (f[..., self._powers[:, a]] for a, f in enumerate(factors)))
 
 
 def _invert_covariance(points: Array, assumed: Model, threads: int, inverse: Array) -> None:
@@ -222,27 +208,3 @@ def _matern_means(x: Array, low: Array, high: Array, length: float) -> Array:
         return np.copysign(16 / 5 - tail, t) * length / math.sqrt(7)
 
     return (antiderivative(high[:, None] - x) - antiderivative(low[:, None] - x)) / (high - low)[:, None]
-
-
-def _legendre(t: Array, degree: int) -> Array:
-    """The Legendre polynomials (..., degree + 1), orthonormal in the mean over [−1, 1], by Bonnet's recursion."""
-    values = [np.ones_like(t), t]
-    for k in range(1, degree):
-        values.append(((2 * k + 1) * t * values[k] - k * values[k - 1]) / (k + 1))
-    return np.stack([math.sqrt(2 * k + 1) * p for k, p in enumerate(values[: degree + 1])], axis=-1)
-
-
-def _legendre_means(low: Array, high: Array, degree: int) -> Array:
-    """Their means over [low_i, high_i], from the antiderivatives (P_{k+1} − P_{k−1}) / (2k + 1)."""
-    scale = np.sqrt(2.0 * np.arange(degree + 2) + 1)
-    rise = (_legendre(high, degree + 1) - _legendre(low, degree + 1)) / scale
-    means = np.ones((len(low), degree + 1))
-    means[:, 1:] = (rise[:, 2:] - rise[:, :-2]) / scale[1:-1] / (high - low)[:, None]
-    return means
-
-
-@lru_cache(maxsize=64)
-def _powers(d: int, degree: int) -> Indices:
-    """The degrees (terms, d) along each axis of the products of total degree at most `degree`."""
-    of_degree = (itertools.combinations_with_replacement(range(d), p) for p in range(degree + 1))
-    return np.array([[axes.count(a) for a in range(d)] for axes in itertools.chain.from_iterable(of_degree)], np.intp)

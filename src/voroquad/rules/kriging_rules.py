@@ -20,7 +20,8 @@ from numpy.typing import NDArray
 from scipy.stats import qmc
 
 from .._support.blas import one_blas_thread
-from .kriging import Intervals, Kriging, Measures, Model, model
+from .kriging import Kriging, Measures, Model, model
+from .polynomials import Intervals
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
@@ -70,7 +71,7 @@ def krige_strata(
     weights, residuals = np.full((sets, n), 1 / n), np.empty_like(values)
     members = predicting(strata)
     others = np.setdiff1d(np.arange(n), members)
-    colour, axes = _colours(strata, period or (COLOURS_OF_MANY if len(others) else 0))
+    colour, axes = strata_in_colours(strata, period or (COLOURS_OF_MANY if len(others) else 0))
     group, assumed = colour[members], model(len(members), d)
     alone = ((s, Kriging(points[s, members], assumed, threads)) for s in range(sets))
     for one, kriging in alone if len(others) else _predictions(points, assumed, threads):
@@ -110,7 +111,7 @@ def predicting(strata: tuple[int, ...]) -> Indices:
     return np.sort(numbers[first])
 
 
-def _colours(strata: tuple[int, ...], period: int) -> tuple[Indices, list[Intervals]]:
+def strata_in_colours(strata: tuple[int, ...], period: int) -> tuple[Indices, list[Intervals]]:
     """The colour (n,) of each stratum, and the distributions of the samples, by colour.
 
     Colours are the indices modulo the period; without one, each stratum has its own.
