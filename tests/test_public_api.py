@@ -63,10 +63,7 @@ REWEIGHTED = {
     "samples": 4, "jitter": False, "sets": 8, "reuse": "tile", "table_seed": 1, "aovs": "lambda",
 }  # fmt: skip
 
-HEADERS = (
-    "ball bias boundary_control cells centroid domain faces interval local_fit nearest_fit parallel points polygon "
-    "polyhedron"
-)
+HEADERS = "bias boundary_control cells domain local_fit parallel points strata"
 
 
 def resolve(name: str) -> object:

@@ -16,83 +16,13 @@
 #include <limits>
 #include <vector>
 
-#include "grid.hpp"
-#include "instruction_set.hpp"
-#include "parallel.hpp"
-#include "points.hpp"
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/points/grid.hpp>
+#include <voroquad/detail/points/nearest_two.hpp>
+#include <voroquad/parallel.hpp>
+#include <voroquad/points.hpp>
 
 namespace VOROQUAD {
-
-// The points of the buckets whose largest coordinate distance from `home` is `ring`.
-template <std::size_t D, class Visit>
-void visit_ring(const BucketGrid<D> &grid, const typename BucketGrid<D>::Bucket &home,
-                std::int64_t ring, Visit &&visit) {
-    const std::int64_t last = grid.resolution() - 1;
-    typename BucketGrid<D>::Bucket from, to;
-    const auto run = [&](std::int64_t begin, std::int64_t end) {
-        if (begin > last || end < 0) return;
-        from[D - 1] = std::max<std::int64_t>(begin, 0);
-        to[D - 1] = std::min(end, last);
-        for (const auto &entry : grid.row(from, to)) visit(entry);
-    };
-    const auto rows = [&](auto &&self, std::size_t axis, bool on_ring) -> void {
-        if (axis == D - 1) {
-            const std::int64_t c = home[axis];
-            if (on_ring || ring == 0) return run(c - ring, c + ring);
-            run(c - ring, c - ring);
-            return run(c + ring, c + ring);
-        }
-        for (std::int64_t offset = -ring; offset <= ring; ++offset) {
-            from[axis] = to[axis] = home[axis] + offset;
-            if (from[axis] >= 0 && from[axis] <= last)
-                self(self, axis + 1, on_ring || offset == ring || offset == -ring);
-        }
-    };
-    rows(rows, 0, false);
-}
-
-// The nearest sample and the next, of those in a grid; `none` where there are too few.
-struct NearestTwo {
-    static constexpr std::size_t none = std::numeric_limits<std::size_t>::max();
-    std::size_t first = none, second = none;
-
-    std::size_t except(std::size_t i) const { return first == i ? second : first; }
-};
-
-template <std::size_t D>
-NearestTwo nearest_two(const BucketGrid<D> &grid, const Point<D> &y) {
-    NearestTwo nearest;
-    double first2 = std::numeric_limits<double>::infinity(), second2 = first2;
-    const auto visit = [&](const typename BucketGrid<D>::Entry &entry) {
-        double distance2 = 0.0;
-        for (std::size_t a = 0; a < D; ++a)
-            distance2 += (entry.point[a] - y[a]) * (entry.point[a] - y[a]);
-        if (distance2 < first2) {
-            nearest.second = nearest.first, second2 = first2;
-            nearest.first = entry.index, first2 = distance2;
-        } else if (distance2 < second2) {
-            nearest.second = entry.index, second2 = distance2;
-        }
-    };
-
-    // Ring after ring of buckets, until the second is nearer than all that are not yet seen
-    const auto home = grid.bucket_of(y);
-    const std::int64_t k = grid.resolution();
-    for (std::int64_t ring = 0; ring < k; ++ring) {
-        visit_ring(grid, home, ring, visit);
-        double reach = std::numeric_limits<double>::infinity();
-        for (std::size_t a = 0; a < D; ++a) {
-            if (home[a] - ring > 0)
-                reach =
-                    std::min(reach, y[a] - static_cast<double>(home[a] - ring) * grid.spacing());
-            if (home[a] + ring + 1 < k)
-                reach = std::min(reach,
-                                 static_cast<double>(home[a] + ring + 1) * grid.spacing() - y[a]);
-        }
-        if (second2 <= reach * reach) break;
-    }
-    return nearest;
-}
 
 // A quadrature of G − 1 over the box: the product of one rule per axis. Nodes at which G is the
 // same by symmetry, or by distance from the border, are of one class.
@@ -145,6 +75,8 @@ struct BiasLattice {
         return index;
     }
 };
+
+namespace detail {
 
 // Turns the cell measures of one set into weights.
 template <std::size_t D>
@@ -223,6 +155,8 @@ private:
     std::vector<std::size_t> owner_;
 };
 
+} // namespace detail
+
 // Weights of `sets` sets of n points, in parallel over sets where there are enough of them and
 // over look-ups elsewhere; the same to the last bit for any number of threads.
 template <std::size_t D, class Pause = NoPause>
@@ -231,7 +165,7 @@ void boundary_control_of_sets(const double *points, const double *excess, std::s
                               unsigned threads, Pause &&pause = {}) {
     const bool over_sets = sets >= 2 * std::size_t{threads};
     const unsigned workers = over_sets ? threads : 1, inner = over_sets ? 1 : threads;
-    std::vector<BoundaryControl<D>> control(std::max(1u, workers));
+    std::vector<detail::BoundaryControl<D>> control(std::max(1u, workers));
     const auto weigh = [&](std::size_t begin, std::size_t end, unsigned worker) {
         for (std::size_t s = begin; s < end; ++s) {
             const double *x = points + s * n * D, *g = excess + s * n;

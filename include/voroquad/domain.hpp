@@ -6,31 +6,13 @@
 #include <cmath>
 #include <type_traits>
 
-#include "instruction_set.hpp"
-#include "points.hpp"
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/points.hpp>
 
 namespace VOROQUAD {
 
 // The unit box, whose faces bound the cells, or the unit torus, which has no border.
 enum class Domain { box, torus };
-
-// What is taken from a point and from the site that sees it, so that the point appears a whole
-// period away: the point's distance from one end of the axis and the site's from the other. Both
-// are exact near a seam, and their signs differ, so that the difference keeps its digits. (Points a
-// hair on either side of a seam would lose the digits of their distance if a period were taken
-// from one of them.)
-struct Turn {
-    double point, site;
-
-    template <class Number>
-    Number way(Number to, double from) const {
-        return (to - point) - (from - site);
-    }
-    // Where a place that the site sees lies among the points
-    double home(double place) const { return (place - site) + point; }
-    // At most what the rounding of home() is for places of the domain
-    double rounding() const { return 0x1p-50 * (std::abs(point) + std::abs(site)); }
-};
 
 // A box of any sides. Its faces bound the cells on axes that are not periodic; opposite faces are
 // one on those that are.
@@ -53,11 +35,6 @@ struct Bounds {
     double side(std::size_t axis) const { return box.hi[axis] - box.lo[axis]; }
     bool any_periodic() const {
         return std::any_of(periodic.begin(), periodic.end(), [](bool is) { return is; });
-    }
-    // By `count` periods along an axis: -1, 0 or 1
-    Turn turn(std::size_t axis, double count) const {
-        if (count == 0.0) return {0.0, 0.0};
-        return count > 0.0 ? Turn{box.lo[axis], box.hi[axis]} : Turn{box.hi[axis], box.lo[axis]};
     }
     // Back into the box what rounding has put outside; on periodic axes cells may reach out.
     Point<D> clamped(Point<D> p) const {

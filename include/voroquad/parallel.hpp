@@ -11,7 +11,7 @@
 #include <thread>
 #include <vector>
 
-#include "instruction_set.hpp"
+#include <voroquad/detail/instruction_set.hpp>
 
 namespace VOROQUAD {
 

@@ -4,12 +4,8 @@
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
-#include <voroquad/ball.hpp>
 #include <voroquad/cells.hpp>
-#include <voroquad/centroid.hpp>
-#include <voroquad/cylinder.hpp>
-#include <voroquad/faces.hpp>
-#include <voroquad/memory.hpp>
+#include <voroquad/detail/memory.hpp>
 
 using namespace voroquad;
 
@@ -45,7 +41,7 @@ void fill_measures(const StridedSets &points, const Sides &sides, const Axes &pe
 
 Array<double> measures(StridedSets points, Sides sides, Axes periodic, unsigned threads) {
     const std::size_t sets = points.shape(0), n = points.shape(1), d = points.shape(2);
-    LargeArray<double> out(sets * n);
+    detail::LargeArray<double> out(sets * n);
     const auto fill = d == 1 ? fill_measures<1> : d == 2 ? fill_measures<2> : fill_measures<3>;
     fill(points, sides, periodic, out.data(), threads);
     return own(std::move(out), {sets, n});
@@ -110,11 +106,11 @@ Array<double> intervals(Sets points, Sides sides, Axes periodic) {
     const std::size_t n = points.shape(1);
     std::vector<double> lengths(n), out(2 * n);
     std::vector<Point<2>> ends(n);
-    RankedPoints ranked;
+    detail::RankedPoints ranked;
     const Bounds<1> domain = bounds_of<1>(sides, periodic);
     {
         nb::gil_scoped_release release;
-        cell_lengths({points.data(), n}, domain, lengths.data(), ranked, ends.data());
+        detail::cell_lengths({points.data(), n}, domain, lengths.data(), ranked, ends.data());
     }
     for (std::size_t i = 0; i < n; ++i) std::copy_n(ends[i].begin(), 2, &out[2 * i]);
     return own(std::move(out), {n, 2});

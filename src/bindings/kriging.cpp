@@ -1,10 +1,10 @@
 // voroquad._core: covariances.
 #include "arrays.hpp"
 
-#include <voroquad/matern.hpp>
-#include <voroquad/memory.hpp>
+#include <voroquad/detail/fits/matern.hpp>
+#include <voroquad/detail/memory.hpp>
 
-using namespace voroquad;
+using namespace voroquad::detail;
 
 namespace {
 

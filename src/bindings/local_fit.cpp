@@ -4,8 +4,8 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <voroquad/detail/fits/nearest_fit.hpp>
 #include <voroquad/local_fit.hpp>
-#include <voroquad/nearest_fit.hpp>
 
 using namespace voroquad;
 
@@ -33,13 +33,13 @@ using Indices = nb::ndarray<const std::int64_t, nb::c_contig, nb::device::cpu>;
 Array<double> cross_fit_controls(Rows samples, Rows centres, Numbers half_width, Numbers radius,
                                  Indices neighbours, std::size_t order, Rows test, Indices starts,
                                  unsigned threads) {
-    const NearestSamples nearest{centres.shape(0), neighbours.shape(1), centres.shape(1),
-                                 centres.data(),   half_width.data(),   radius.data(),
-                                 neighbours.data()};
+    const detail::NearestSamples nearest{centres.shape(0), neighbours.shape(1), centres.shape(1),
+                                         centres.data(),   half_width.data(),   radius.data(),
+                                         neighbours.data()};
     std::vector<double> weights = [&] {
         nb::gil_scoped_release release;
-        return control_weights(samples.data(), samples.shape(0), nearest, order, test.data(),
-                               starts.data(), threads, CheckSignals());
+        return detail::control_weights(samples.data(), samples.shape(0), nearest, order,
+                                       test.data(), starts.data(), threads, CheckSignals());
     }();
     return own(std::move(weights), {samples.shape(0)});
 }

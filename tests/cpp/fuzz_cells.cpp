@@ -15,10 +15,7 @@
 #include <random>
 #include <vector>
 
-#include <voroquad/ball.hpp>
 #include <voroquad/cells.hpp>
-#include <voroquad/centroid.hpp>
-#include <voroquad/faces.hpp>
 
 namespace {
 

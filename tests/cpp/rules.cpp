@@ -13,10 +13,10 @@
 
 #include <voroquad/bias.hpp>
 #include <voroquad/boundary_control.hpp>
-#include <voroquad/gauss.hpp>
+#include <voroquad/detail/fits/matern.hpp>
+#include <voroquad/detail/fits/nearest_fit.hpp>
+#include <voroquad/detail/gauss.hpp>
 #include <voroquad/local_fit.hpp>
-#include <voroquad/matern.hpp>
-#include <voroquad/nearest_fit.hpp>
 
 namespace {
 
@@ -41,8 +41,8 @@ double sum(const std::vector<double> &values) {
 // The mean of G over the box, by a product of Gauss rules on `panels` panels per axis: 1
 template <std::size_t D, class Design>
 void check_bias(const Design &design, const std::array<std::size_t, D> &panels, double tolerance) {
-    const voroquad::GaussRule rule(3);
-    std::vector<std::vector<voroquad::GaussNode>> nodes(D);
+    const voroquad::detail::GaussRule rule(3);
+    std::vector<std::vector<voroquad::detail::GaussNode>> nodes(D);
     for (std::size_t a = 0; a < D; ++a)
         for (std::size_t p = 0; p < panels[a]; ++p)
             for (const auto &[x, weight] : rule) {
@@ -133,10 +133,10 @@ void check_nearest_fit() {
     for (std::size_t b = 0; b < boxes; ++b)
         for (const double shift : {-0.1, 0.2})
             for (std::size_t a = 0; a < d; ++a) test.push_back(centres[b * d + a] + shift);
-    const voroquad::NearestSamples nearest{
+    const voroquad::detail::NearestSamples nearest{
         boxes, k, d, centres.data(), half_width.data(), radius.data(), neighbours.data()};
-    const auto weights =
-        voroquad::control_weights(samples.data(), m, nearest, 1, test.data(), starts.data(), 2);
+    const auto weights = voroquad::detail::control_weights(samples.data(), m, nearest, 1,
+                                                           test.data(), starts.data(), 2);
     double control = 0.0, wanted = 0.5 - 1.0; // of f = x − 2 y
     for (std::size_t i = 0; i < m; ++i)
         control += weights[i] * (samples[i * d] - 2.0 * samples[i * d + 1]);
@@ -148,7 +148,7 @@ void check_nearest_fit() {
 void check_covariances() {
     const std::size_t n = 70, d = 3;
     const std::vector<double> points = random_numbers(n * d);
-    const voroquad::MaternCovariance covariance(points.data(), n, d, 0.3);
+    const voroquad::detail::MaternCovariance covariance(points.data(), n, d, 0.3);
     std::vector<double> matrix(n * n), between(n * n);
     covariance.matrix(matrix.data(), 2);
     covariance.between(points.data(), n, between.data(), 2);

@@ -4,9 +4,7 @@
 #include <random>
 #include <vector>
 
-#include <voroquad/ball.hpp>
 #include <voroquad/cells.hpp>
-#include <voroquad/centroid.hpp>
 
 namespace {
 

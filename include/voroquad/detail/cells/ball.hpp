@@ -1,4 +1,4 @@
-// voroquad/ball.hpp: what of a cell lies in a disc or ball.
+// voroquad/detail/cells/ball.hpp: what of a cell lies in a disc or ball.
 //
 // A cell is a sum of cones from the centre of the ball to its edges or faces; those that look at
 // the centre count negative. The part of a cone in the ball ends at the edge or face where that
@@ -12,10 +12,12 @@
 #include <cstddef>
 #include <vector>
 
-#include "cells.hpp"
-#include "instruction_set.hpp"
+#include <voroquad/detail/cells/polyhedron.hpp>
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/points/algebra.hpp>
+#include <voroquad/points.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // Calls inside(a, b) and outside(a, b) for the pieces of the segment from p to q that the ball
 // holds and does not hold. Only the first `Axes` coordinates count: 2 of 3 make a cylinder.
@@ -124,25 +126,11 @@ inline double measure_in_ball(const ConvexPolyhedron &cell, const Point<3> &cent
     return std::max(0.0, volume);
 }
 
-// Areas or volumes of what the disc or ball that touches the sides of the unit box holds of the
-// cells. Points that coincide share their cell equally.
-template <std::size_t D, class Pause = NoPause>
-void cell_measures_in_ball(const PointView<D> &points, double *measures, unsigned threads = 1,
-                           Pause &&pause = {}) {
-    if (points.size() == 0) return;
-    CellWorkspace<D> work;
-    work.tree.build(points);
-    constexpr double radius = 0.5;
-    const auto share = [&](std::size_t site, const auto &cell, unsigned) {
-        Point<D> centre = work.tree.site(site);
-        for (double &c : centre) c = radius - c;
-        const double reach = std::sqrt(dot<D>(centre, centre)) + std::sqrt(cell.squared_radius());
-        const double measure =
-            reach < radius ? cell.measure() : measure_in_ball(cell, centre, radius);
-        const auto here = work.tree.points_at(site);
-        for (const std::size_t i : here) measures[i] = measure / static_cast<double>(here.size());
-    };
-    for_each_cell(work, Domain::box, threads, share, pause);
+// The same for any cell; one that is wholly in the ball need not be cut.
+template <std::size_t D, class Cell>
+double part_in_ball(const Cell &cell, const Point<D> &centre, double radius) {
+    const double reach = std::sqrt(dot<D>(centre, centre)) + std::sqrt(cell.squared_radius());
+    return reach < radius ? cell.measure() : measure_in_ball(cell, centre, radius);
 }
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

@@ -1,4 +1,4 @@
-// voroquad/gauss.hpp: Gauss–Legendre rules on [0, 1].
+// voroquad/detail/gauss.hpp: Gauss–Legendre rules on [0, 1].
 #pragma once
 
 #include <algorithm>
@@ -7,9 +7,9 @@
 #include <numbers>
 #include <vector>
 
-#include "instruction_set.hpp"
+#include <voroquad/detail/instruction_set.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 struct GaussNode {
     double x, weight;
@@ -65,4 +65,4 @@ private:
     std::vector<GaussRule> rules_;
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

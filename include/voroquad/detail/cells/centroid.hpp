@@ -1,14 +1,16 @@
-// voroquad/centroid.hpp: centres of mass of cells.
+// voroquad/detail/cells/centroid.hpp: centres of mass of cells.
 #pragma once
 
 #include <algorithm>
 #include <cstddef>
 #include <vector>
 
-#include "cells.hpp"
-#include "instruction_set.hpp"
+#include <voroquad/detail/cells/polyhedron.hpp>
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/points/algebra.hpp>
+#include <voroquad/points.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // The centroid of signed pieces, whose sum is the body; in the middle of the pieces where all of
 // them are too small to have a measure.
@@ -76,21 +78,4 @@ inline Point<3> centroid(const ConvexPolyhedron &cell) {
     return centroid.point();
 }
 
-// The centroids of all cells, in the coordinates of the points; on periodic axes they may lie
-// outside the box.
-template <std::size_t D, class Pause = NoPause>
-void cell_centroids(const PointView<D> &points, const BoundsOf<D> &domain, Point<D> *centroids,
-                    unsigned threads = 1, Pause &&pause = {}) {
-    if (points.size() == 0) return;
-    CellWorkspace<D> work;
-    work.tree.build(points);
-    const auto place = [&](std::size_t site, const auto &cell, unsigned) {
-        Point<D> c = centroid(cell);
-        const Point<D> origin = work.tree.site(site);
-        for (std::size_t a = 0; a < D; ++a) c[a] += origin[a];
-        for (const std::size_t i : work.tree.points_at(site)) centroids[i] = domain.clamped(c);
-    };
-    for_each_cell(work, domain, threads, place, pause);
-}
-
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

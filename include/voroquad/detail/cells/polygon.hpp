@@ -1,4 +1,4 @@
-// voroquad/polygon.hpp: a convex polygon that half-planes are cut from.
+// voroquad/detail/cells/polygon.hpp: a convex polygon that half-planes are cut from.
 #pragma once
 
 #include <algorithm>
@@ -8,11 +8,12 @@
 #include <limits>
 #include <vector>
 
-#include "instruction_set.hpp"
-#include "points.hpp"
-#include "simd.hpp"
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/points/algebra.hpp>
+#include <voroquad/detail/simd.hpp>
+#include <voroquad/points.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // Vertices counter-clockwise, in coordinates whose origin is the cell's site. No assumption
 // of general position: a cut through a vertex or along an edge leaves at worst an edge of
@@ -168,4 +169,4 @@ private:
     double squared_radius_ = 0.0;
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

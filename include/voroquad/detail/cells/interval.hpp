@@ -1,4 +1,4 @@
-// voroquad/interval.hpp: Voronoi cells on a line.
+// voroquad/detail/cells/interval.hpp: Voronoi cells on a line.
 #pragma once
 
 #include <algorithm>
@@ -7,11 +7,11 @@
 #include <utility>
 #include <vector>
 
-#include "domain.hpp"
-#include "instruction_set.hpp"
-#include "points.hpp"
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/domain.hpp>
+#include <voroquad/points.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // Points in ascending order, with their positions in the caller's array.
 class RankedPoints {
@@ -95,4 +95,4 @@ inline void cell_lengths(const PointView<1> &points, const Bounds<1> &domain, do
     }
 }
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

@@ -1,4 +1,5 @@
-// voroquad/matern.hpp: the covariance of a random function that is smooth along each axis.
+// voroquad/detail/fits/matern.hpp: the covariance of a random function that is smooth along each
+// axis.
 //
 // Products over the axes of Matérn's function of smoothness 7/2 (three derivatives), with
 // s = √7 |x_a − y_a| / length:
@@ -11,10 +12,10 @@
 #include <cstddef>
 #include <vector>
 
-#include "instruction_set.hpp"
-#include "parallel.hpp"
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/parallel.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 class MaternCovariance {
 public:
@@ -81,4 +82,4 @@ private:
     double scale_;
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

@@ -1,4 +1,4 @@
-// voroquad/neighbourhood.hpp: the points around a family of leaves.
+// voroquad/detail/cells/neighbourhood.hpp: the points around a family of leaves.
 #pragma once
 
 #include <algorithm>
@@ -10,13 +10,14 @@
 #include <limits>
 #include <vector>
 
-#include "domain.hpp"
-#include "instruction_set.hpp"
-#include "points.hpp"
-#include "simd.hpp"
-#include "tree.hpp"
+#include <voroquad/detail/cells/turn.hpp>
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/points/tree.hpp>
+#include <voroquad/detail/simd.hpp>
+#include <voroquad/domain.hpp>
+#include <voroquad/points.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // Products with the smallest differences of points would round to nothing: these are magnified
 // first.
@@ -251,7 +252,7 @@ private:
     Box<D> turned_back(const Point<D> &turn) const {
         Box<D> box;
         for (std::size_t a = 0; a < D; ++a) {
-            const Turn along = domain_->turn(a, turn[a]);
+            const Turn along = turn_of(*domain_, a, turn[a]);
             box.lo[a] = along.home(box_.lo[a]) - along.rounding();
             box.hi[a] = along.home(box_.hi[a]) + along.rounding();
         }
@@ -284,7 +285,7 @@ private:
         points_.reserve(points_.size() + (end - begin));
         typename PointList<D>::Vectors down, turns;
         for (std::size_t a = 0; a < D; ++a) {
-            const Turn along = domain_->turn(a, turn[a]);
+            const Turn along = turn_of(*domain_, a, turn[a]);
             down[a] = Vector{} + along.point;
             turns[a] = Vector{} + along.site;
         }
@@ -308,4 +309,4 @@ private:
     Point<D> site_{};
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

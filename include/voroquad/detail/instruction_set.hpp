@@ -1,4 +1,4 @@
-// voroquad/instruction_set.hpp: the name of what the compiler may use of the processor.
+// voroquad/detail/instruction_set.hpp: the name of what the compiler may use of the processor.
 //
 // Files of one program that are compiled for different processors (-march) would have functions of
 // the same name with different instructions, of which the linker keeps any one: a program could

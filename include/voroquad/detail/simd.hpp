@@ -1,4 +1,4 @@
-// voroquad/simd.hpp: the few loops whose speed rests on vector instructions.
+// voroquad/detail/simd.hpp: the few loops whose speed rests on vector instructions.
 #pragma once
 
 #include <array>
@@ -14,9 +14,9 @@
 #include <emmintrin.h>
 #endif
 
-#include "instruction_set.hpp"
+#include <voroquad/detail/instruction_set.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // As many numbers as the processor multiplies at once. Sums keep the order in which they are
 // written, so results do not depend on the width.
@@ -164,4 +164,4 @@ void for_each_bit(std::uint64_t bits, Visit &&visit) {
     for (; bits != 0; bits &= bits - 1) visit(static_cast<std::size_t>(std::countr_zero(bits)));
 }
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

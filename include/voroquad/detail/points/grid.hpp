@@ -1,4 +1,4 @@
-// voroquad/grid.hpp: a bucket grid over points of the unit box.
+// voroquad/detail/points/grid.hpp: a bucket grid over points of the unit box.
 #pragma once
 
 #include <algorithm>
@@ -9,10 +9,10 @@
 #include <span>
 #include <vector>
 
-#include "instruction_set.hpp"
-#include "points.hpp"
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/points.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // Points of [0,1]^D sorted into k^D equal buckets, row by row. A bucket's points
 // lie next to each other in memory, and so do those of neighbouring buckets
@@ -89,4 +89,4 @@ private:
     std::vector<std::size_t> start_, next_, home_;
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

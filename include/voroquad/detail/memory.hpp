@@ -1,4 +1,4 @@
-// voroquad/memory.hpp: arrays of a whole set's size.
+// voroquad/detail/memory.hpp: arrays of a whole set's size.
 #pragma once
 
 #include <cstddef>
@@ -11,9 +11,9 @@
 #include <sys/mman.h>
 #endif
 
-#include "instruction_set.hpp"
+#include <voroquad/detail/instruction_set.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // Asks for large pages where the system has them: the first touch of each small page would cost
 // a tenth of the time that a cell takes. What is not given a value gets none, for the same reason.
@@ -58,4 +58,4 @@ private:
 template <class T>
 using LargeArray = std::vector<T, LargePages<T>>;
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

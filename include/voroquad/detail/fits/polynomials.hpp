@@ -1,4 +1,5 @@
-// voroquad/polynomials.hpp: polynomials of bounded total degree on a box, orthonormal there.
+// voroquad/detail/fits/polynomials.hpp: polynomials of bounded total degree on a box, orthonormal
+// there.
 //
 // The basis functions are products of Legendre polynomials √(2k+1) P_k(t), orthonormal in the
 // mean over [-1, 1]^d. A polynomial fitted to points spread over the box then has a matrix whose
@@ -11,9 +12,9 @@
 #include <cstddef>
 #include <vector>
 
-#include "instruction_set.hpp"
+#include <voroquad/detail/instruction_set.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // The values √(2k+1) P_k(t), k = 0 … degree, by Bonnet's recursion.
 template <class T>
@@ -88,4 +89,4 @@ private:
     std::vector<std::size_t> size_;
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

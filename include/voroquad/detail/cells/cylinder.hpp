@@ -1,4 +1,4 @@
-// voroquad/cylinder.hpp: what of a cell lies in a circular cylinder.
+// voroquad/detail/cells/cylinder.hpp: what of a cell lies in a circular cylinder.
 //
 // The volume is the flux of (0, 0, z) out of the part of the cell in the cylinder: nothing flows
 // through the mantle, and through a face flows the integral of z over the part of its projection
@@ -12,11 +12,13 @@
 #include <optional>
 #include <vector>
 
-#include "ball.hpp"
-#include "cells.hpp"
-#include "instruction_set.hpp"
+#include <voroquad/detail/cells/ball.hpp>
+#include <voroquad/detail/cells/polyhedron.hpp>
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/points/algebra.hpp>
+#include <voroquad/points.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // The integral of z over the part of a face's projection that lies in the disc of a radius about
 // the origin, positive where the projected corners go counter-clockwise.
@@ -90,6 +92,8 @@ private:
 // The volume of a cell in a cylinder whose axis goes through `centre`, given relative to the site.
 inline double measure_in_cylinder(const ConvexPolyhedron &cell, const Point<3> &centre,
                                   double radius) {
+    const double reach = std::hypot(centre[0], centre[1]) + std::sqrt(cell.squared_radius());
+    if (reach < radius) return cell.measure();
     double volume = 0.0;
     std::vector<Point<3>> around;
     cell.for_each_face([&](const std::vector<Point<3>> &corners, const Point<3> &normal) {
@@ -100,24 +104,4 @@ inline double measure_in_cylinder(const ConvexPolyhedron &cell, const Point<3> &
     return std::max(0.0, volume);
 }
 
-// Volumes of what the cylinder of a radius about the third axis holds of the cells. Points that
-// coincide share their cell equally.
-template <class Pause = NoPause>
-void cell_measures_in_cylinder(const PointView<3> &points, const Bounds<3> &domain, double radius,
-                               double *measures, unsigned threads = 1, Pause &&pause = {}) {
-    if (points.size() == 0) return;
-    CellWorkspace<3> work;
-    work.tree.build(points);
-    const auto share = [&](std::size_t site, const ConvexPolyhedron &cell, unsigned) {
-        const Point<3> at = work.tree.site(site);
-        const double reach = std::hypot(at[0], at[1]) + std::sqrt(cell.squared_radius());
-        const double measure = reach < radius
-                                   ? cell.measure()
-                                   : measure_in_cylinder(cell, {-at[0], -at[1], 0.0}, radius);
-        const auto here = work.tree.points_at(site);
-        for (const std::size_t i : here) measures[i] = measure / static_cast<double>(here.size());
-    };
-    for_each_cell(work, domain, threads, share, pause);
-}
-
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

@@ -1,4 +1,4 @@
-// voroquad/polyhedron.hpp: a convex polyhedron that half-spaces are cut from.
+// voroquad/detail/cells/polyhedron.hpp: a convex polyhedron that half-spaces are cut from.
 #pragma once
 
 #include <algorithm>
@@ -8,11 +8,12 @@
 #include <cstdint>
 #include <vector>
 
-#include "instruction_set.hpp"
-#include "points.hpp"
-#include "simd.hpp"
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/points/algebra.hpp>
+#include <voroquad/detail/simd.hpp>
+#include <voroquad/points.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // A graph in which every vertex has three edges, in coordinates whose origin is the cell's
 // site. A cut removes the vertices beyond the plane, puts a new vertex on every edge that
@@ -322,4 +323,4 @@ private:
     double squared_radius_ = 0.0;
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

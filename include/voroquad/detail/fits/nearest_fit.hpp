@@ -1,4 +1,4 @@
-// voroquad/nearest_fit.hpp: a function rebuilt box by box from its nearest samples.
+// voroquad/detail/fits/nearest_fit.hpp: a function rebuilt box by box from its nearest samples.
 //
 // The unit box is cut into equal boxes. In each of them the reconstruction f̂ is one polynomial,
 // fitted to the samples nearest to the box's centre, with weights that fall to zero at the nearest
@@ -11,12 +11,13 @@
 #include <cstdint>
 #include <vector>
 
-#include "instruction_set.hpp"
-#include "least_squares.hpp"
-#include "local_fit.hpp"
-#include "polynomials.hpp"
+#include <voroquad/detail/fits/least_squares.hpp>
+#include <voroquad/detail/fits/leverage.hpp>
+#include <voroquad/detail/fits/polynomials.hpp>
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/parallel.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // Where each fit is made: the centres (boxes, d) of boxes of equal half widths (d); of each, the
 // nearest samples (boxes, k) and the distance to the next one, its radius.
@@ -193,4 +194,4 @@ std::vector<double> control_weights(const double *samples, std::size_t m,
     return weights;
 }
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

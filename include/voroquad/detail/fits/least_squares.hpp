@@ -1,13 +1,13 @@
-// voroquad/least_squares.hpp: small least-squares problems, several at once.
+// voroquad/detail/fits/least_squares.hpp: small least-squares problems, several at once.
 #pragma once
 
 #include <cmath>
 #include <cstddef>
 #include <vector>
 
-#include "instruction_set.hpp"
+#include <voroquad/detail/instruction_set.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // A few numbers that are worked on together, one per problem: as many as a vector register
 // holds. Each lane is computed as a double would be.
@@ -150,4 +150,4 @@ private:
     std::vector<Pack> inverse_diagonal_, scale_; // of R; the s of the reflections
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

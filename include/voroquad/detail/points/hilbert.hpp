@@ -1,4 +1,5 @@
-// voroquad/hilbert.hpp: positions along a Hilbert curve through the cells of a small grid.
+// voroquad/detail/points/hilbert.hpp: positions along a Hilbert curve through the cells of a small
+// grid.
 #pragma once
 
 #include <array>
@@ -6,9 +7,9 @@
 #include <cstdint>
 #include <vector>
 
-#include "instruction_set.hpp"
+#include <voroquad/detail/instruction_set.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // rank[cell] is the position of a cell of the grid of 2^bits cells per axis along the curve;
 // cells are numbered in C order. Consecutive positions are cells with a common face.
@@ -66,4 +67,4 @@ private:
     }
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

@@ -1,5 +1,5 @@
-// voroquad/tree.hpp: points of any density in an order that keeps neighbours together, and
-// a tree of boxes over them.
+// voroquad/detail/points/tree.hpp: points of any density in an order that keeps neighbours
+// together, and a tree of boxes over them.
 //
 // The order is that of a Hilbert curve through a grid; a bucket of the grid that holds many
 // points gets a grid of its own over the box of those points, and so on, so that clusters
@@ -22,13 +22,13 @@
 #include <utility>
 #include <vector>
 
-#include "hilbert.hpp"
-#include "instruction_set.hpp"
-#include "memory.hpp"
-#include "points.hpp"
-#include "simd.hpp"
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/memory.hpp>
+#include <voroquad/detail/points/hilbert.hpp>
+#include <voroquad/detail/simd.hpp>
+#include <voroquad/points.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 template <std::size_t D>
 class PointTree {
@@ -457,4 +457,4 @@ private:
     std::vector<Level> levels_;
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

@@ -1,4 +1,5 @@
-// voroquad/gift_wrap.hpp: Voronoi cells in the plane, one to a vector lane, by gift wrapping.
+// voroquad/detail/cells/gift_wrap.hpp: Voronoi cells in the plane, one to a vector lane, by gift
+// wrapping.
 //
 // Inversion q → q/|q|² about a site turns the points around it into a set whose convex hull is
 // dual to the site's cell: hull corners are the neighbours, hull edges the vertices (Brown 1979).
@@ -15,11 +16,11 @@
 #include <cstdint>
 #include <limits>
 
-#include "instruction_set.hpp"
-#include "points.hpp"
-#include "simd.hpp"
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/simd.hpp>
+#include <voroquad/points.hpp>
 
-namespace VOROQUAD {
+namespace VOROQUAD::detail {
 
 // A finished cell in one lane: vertices counter-clockwise, in coordinates relative to the site.
 class WrappedCell {
@@ -219,4 +220,4 @@ private:
     Vector twice_area_, radius2_, size_, sound_;
 };
 
-} // namespace VOROQUAD
+} // namespace VOROQUAD::detail

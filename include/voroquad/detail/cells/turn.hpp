@@ -1,0 +1,38 @@
+// voroquad/detail/cells/turn.hpp: differences of points across the seams of periodic axes.
+#pragma once
+
+#include <cmath>
+#include <cstddef>
+
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/domain.hpp>
+
+namespace VOROQUAD::detail {
+
+// What is taken from a point and from the site that sees it, so that the point appears a whole
+// period away: the point's distance from one end of the axis and the site's from the other. Both
+// are exact near a seam, and their signs differ, so that the difference keeps its digits. (Points a
+// hair on either side of a seam would lose the digits of their distance if a period were taken
+// from one of them.)
+struct Turn {
+    double point, site;
+
+    template <class Number>
+    Number way(Number to, double from) const {
+        return (to - point) - (from - site);
+    }
+    // Where a place that the site sees lies among the points
+    double home(double place) const { return (place - site) + point; }
+    // At most what the rounding of home() is for places of the domain
+    double rounding() const { return 0x1p-50 * (std::abs(point) + std::abs(site)); }
+};
+
+// The turn by `count` periods along an axis: -1, 0 or 1
+template <std::size_t D>
+Turn turn_of(const Bounds<D> &domain, std::size_t axis, double count) {
+    if (count == 0.0) return {0.0, 0.0};
+    const double lo = domain.box.lo[axis], hi = domain.box.hi[axis];
+    return count > 0.0 ? Turn{lo, hi} : Turn{hi, lo};
+}
+
+} // namespace VOROQUAD::detail
