@@ -3,11 +3,7 @@
 from __future__ import annotations
 
 import functools
-import os
-import pickle
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
-from contextlib import contextmanager
+from collections.abc import Callable
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -21,6 +17,7 @@ from .estimates import Estimator
 from .integrand import Integrand
 from .refinement import refine, tolerance
 from .result import QuadResult
+from .workers import mapping
 
 P = ParamSpec("P")
 R = TypeVar("R")
@@ -106,7 +103,9 @@ def quad(
         Of all sets together, in tolerance mode.
     workers : int or callable
         Number of processes that evaluate func (-1: one per processor), or a map-like callable such as
-        ``multiprocessing.Pool(4).map``. The result does not depend on it.
+        ``multiprocessing.Pool(4).map``. The result does not depend on it. Each call starts its own processes, which
+        takes a second or so, and these import the script that calls: it must do so under
+        ``if __name__ == "__main__":``.
     threads : int, optional
         Number of threads of the rule itself. The result does not depend on it.
 
@@ -121,6 +120,8 @@ def quad(
     ValueError
         Limits that are no numbers; n_points < 1; a rule that does not exist; a sampler whose points are not uniform;
         values of a wrong shape, masked or complex ones; a func that cannot be sent to other processes.
+    RuntimeError
+        A worker process ended early; func raised what cannot be sent to this process.
     TypeError
         func is not callable; an argument of SciPy's functions that this one has not (the message says what to write).
 
@@ -159,7 +160,7 @@ def quad(
     wanted = None if rtol is None and atol is None else tolerance(rtol or 0, atol or 0)
     order = int(order) if isinstance(order, np.integer) else order
     generator = as_generator(rng)
-    with _workers(workers, func) as (spread, parts):
+    with mapping(workers, func) as (spread, parts):
         integrand = Integrand(func, a, b, spread, parts)
         if isinstance(sampler, str) and sampler == "auto":
             sampler = "multi-jittered" if integrand.d <= 4 else "sobol"
@@ -179,25 +180,3 @@ def quad(
         integrand.diagnoses.add(warning)
     mean, error = integrand.result(found.mean), integrand.result(found.error)
     return QuadResult(mean, error, found.n, found.degrees_of_freedom, integrand.diagnoses.all())
-
-
-@contextmanager
-def _workers(workers: int | Callable[..., Any], func: Any) -> Iterator[tuple[Callable[..., Any], int]]:
-    """A map, and the number of parts to split the points into."""
-    processors = os.cpu_count() or 1
-    if callable(workers):
-        yield workers, processors
-        return
-    number = processors if workers == -1 else positive_int("workers", workers)
-    if number == 1:
-        yield map, 1
-        return
-    try:
-        pickle.dumps(func)
-    except Exception as error:
-        raise ValueError(
-            f"func cannot be sent to {number} worker processes ({error}); define it with def at the top of a module, "
-            "or pass threads, workers=concurrent.futures.ThreadPoolExecutor().map"
-        ) from None
-    with ProcessPoolExecutor(number) as pool:
-        yield pool.map, number
