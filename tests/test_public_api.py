@@ -63,6 +63,8 @@ REWEIGHTED = {
     "samples": 4, "jitter": False, "sets": 8, "reuse": "tile", "table_seed": 1, "aovs": "lambda",
 }  # fmt: skip
 
+SAMPLER = {"sample_count": 4, "width": 2, "height": 2, "order": "none", "generators": "sz", "seed": 1}
+
 HEADERS = "bias boundary_control cells domain local_fit parallel points strata"
 
 
@@ -120,6 +122,7 @@ def test_plugins_take_their_properties():
     importlib.import_module("voroquad.mitsuba")
     mi.load_dict({"type": "reweighted", "nested": {"type": "path"}} | REWEIGHTED)
     mi.load_dict({"type": "plain", "jitter": False, "nested": {"type": "path"}})
+    mi.load_dict({"type": "owensobol"} | SAMPLER)
     pose = mi.ScalarTransform4f()
     mi.load_dict({"type": "moving", "to_world@0": pose, "to_world@1": pose, "nested": {"type": "perspective"}})
 

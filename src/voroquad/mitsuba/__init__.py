@@ -1,8 +1,8 @@
 """Weighted sample sets in Mitsuba 3: importing this package registers its plug-ins.
 
 ``reweighted`` renders through a nested integrator with camera samples from weighted sets, ``plain`` is the
-same without the sets, ``moving`` is a camera that moves while the shutter is open. They exist in the current
-variant and in every later one:
+same without the sets, ``moving`` is a camera that moves while the shutter is open, ``owensobol`` a sampler for every
+integrator. They exist in the current variant and in every later one:
 
 >>> import mitsuba as mi, voroquad.mitsuba
 >>> mi.set_variant("llvm_ad_rgb")
@@ -25,7 +25,8 @@ except ImportError as error:
 OLDEST_LLVM = 17
 #: Modules of plug-ins, whose base classes are those of a variant
 _PLUGINS = tuple(
-    f"{__name__}.{name}" for name in ("tracing", "properties", "plain", "lights", "integrator", "slices", "sensors")
+    f"{__name__}.{name}"
+    for name in ("tracing", "properties", "owen_sobol", "plain", "lights", "integrator", "slices", "sensors")
 )
 
 
@@ -55,6 +56,7 @@ def _register(previous: str | None, variant: str | None) -> None:
         for integrator in ("plain", "reweighted"):
             mi.register_integrator(integrator, _refuse)
         mi.register_sensor("moving", _refuse)
+        mi.register_sampler("owensobol", _refuse)
         return
     if variant.startswith("llvm"):
         check_llvm()

@@ -1,0 +1,272 @@
+"""The sampler plug-in ``owensobol``: one Owen-scrambled sequence for all of an image; made anew for each variant."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+
+from .._support.checks import one_of, positive_int
+from .accumulation import quotient
+from .generators import BITS, DIMENSIONS, KINDS, NIBBLE, nibble_tables
+from .properties import read_property
+from .scrambles import MORTON_BITS, combine, morton, nested_scramble, nested_shuffle, nested_shuffle_of_fours
+
+#: The generators that "auto" stands for
+DEFAULT_GENERATORS = "sz"
+ORDERS = ("morton", "none")
+#: Salts: hashes of one seed for different purposes must not agree
+_OF_BLOCK, _OF_PIXEL, _OF_ORDER, _OF_GROUP = 0x2545F491, 0x51ED270B, 0x1B873593, 0x38495AB5
+
+
+@dataclass(frozen=True)
+class Window:
+    """The pixels of a wavefront: some rows of an image.
+
+    Attributes
+    ----------
+    width, height : int
+        Of the whole image; 0 if they are not known.
+    first, last : int
+        The wavefront has the rows from `first` to before `last`.
+    """
+
+    width: int = 0
+    height: int = 0
+    first: int = 0
+    last: int = 0
+
+    @property
+    def pixels(self) -> int:
+        """Number of pixels of the wavefront."""
+        return self.width * (self.last - self.first)
+
+
+class OwenSobol(mi.Sampler):
+    """Owen-scrambled Sobol' sequences; pixels near each other share one (``owensobol``).
+
+    .. pluginparameters::
+
+     * - sample_count
+       - |int|
+       - Samples per pixel. Any number works; powers of two are best, as only they make nets. (Default: 4)
+     * - width, height
+       - |int|
+       - Size of the image in pixels: of the film's crop window, with the border that wide filters sample. 0: not known;
+         then every pixel is scrambled by itself. (Default: 0)
+     * - order
+       - |string|
+       - ``morton``: the pixels take their samples from one sequence, in a random Morton order, so that the errors of
+         pixels near each other cancel to the eye. ``none``: each pixel has a scramble of its own. (Default: ``morton``)
+     * - generators
+       - |string|
+       - ``joe-kuo``, Sobol' sequences; ``sz``, quads of coordinates over the field of four elements; ``auto``, the
+         better one in most of the scenes of ``benchmarks/samplers.py``. (Default: ``auto``)
+     * - seed
+       - |int|
+       - Changes all numbers, as the seed of a render does. (Default: 0)
+
+    Notes
+    -----
+    With n samples per pixel and m = ⌈log2 n⌉, sample s of the pixel with Morton code z
+    has the index 2^m π(z) + s in the sequence. π permutes the base-4 digits of z, each by one of 24 permutations that a
+    hash of the digits above it picks (Ahmed and Wonka 2020). Coordinate d of all pixels goes through Owen's nested
+    scrambling with one key, a hash of d and the seed. So each pixel has a scrambled net, and the pixels of an aligned
+    square of 2^k by 2^k have one net of 4^k times as many points together.
+
+    An index has 32 bits. Where the Morton code needs more than are left, the image falls into square blocks that have
+    scrambles of their own. Coordinates from number 256 on repeat the first ones with the indices in another order.
+
+    References
+    ----------
+    A. G. M. Ahmed and P. Wonka, "Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical
+    ordering of pixels", ACM Transactions on Graphics 39 (2020).
+
+    Examples
+    --------
+    >>> import mitsuba as mi, voroquad.mitsuba
+    >>> mi.set_variant("llvm_ad_rgb")
+    >>> sampler = mi.load_dict({"type": "owensobol", "sample_count": 4})
+    >>> sampler.seed(0, 4)
+    >>> sorted((sampler.next_1d() * 4).numpy().astype(int).tolist())
+    [0, 1, 2, 3]
+    """
+
+    def __init__(self, props: mi.Properties) -> None:
+        super().__init__(props)
+        positive_int("sample_count", self.sample_count())
+        self.order = one_of("order", read_property(props, "order", "morton"), ORDERS)
+        self.generators = one_of("generators", read_property(props, "generators", "auto"), (*KINDS, "auto"))
+        self._own_seed = read_property(props, "seed", 0)
+        width, height = (read_property(props, name, 0) for name in ("width", "height"))
+        if width < 0 or height < 0 or (width == 0) != (height == 0):
+            raise ValueError(
+                f"width and height must be those of the image in pixels, or both 0, got {width} and {height}"
+            )
+        self._window = Window(width, height, 0, height)
+        self._per_wavefront = 0  # samples of a pixel in a wavefront; 0: not told
+        self._seed = mi.UInt32(0)
+        self._begun = 0  # samples of each pixel before those of this wavefront
+        self._tables = mi.UInt32()  # until it is seeded
+        self.dimension = mi.UInt32(0)
+
+    # ------------------------------------------------------------------ what renderers set
+
+    def cover(self, width: int, height: int, rows: range, *, order: str | None = None) -> None:
+        """Set the size of the image, and the rows whose pixels the next wavefront samples.
+
+        Parameters
+        ----------
+        width, height : int
+            Size of the image in pixels.
+        rows : range
+            Consecutive rows of the image.
+        order : str, optional
+            Another order from now on.
+        """
+        self._window = Window(width, height, rows.start, rows.stop)
+        self.order = self.order if order is None else order
+
+    def set_sample_count(self, sample_count: int) -> None:
+        """Set the samples per pixel."""
+        super().set_sample_count(sample_count)
+        self._per_wavefront = 0
+
+    def set_samples_per_wavefront(self, samples: int) -> None:
+        """Set the samples per pixel of a wavefront, of which there may be several."""
+        super().set_samples_per_wavefront(samples)
+        self._per_wavefront = samples
+
+    def clone(self) -> OwenSobol:
+        """A sampler that draws the same numbers from here on."""
+        props = mi.Properties("owensobol")  # the loader's own do not outlive the load
+        props["sample_count"] = self.sample_count()
+        other = OwenSobol(props)
+        if self.wavefront_size() > 0:
+            other.seed(0, self.wavefront_size())
+        for name, value in vars(self).items():
+            setattr(other, name, value)
+        other.dimension = mi.UInt32(self.dimension)  # not shared: each counts what it has drawn itself
+        return other
+
+    fork = clone
+
+    def seed(self, seed: mi.UInt32, wavefront_size: int = 2**32 - 1) -> None:
+        """Begin a wavefront: the samples of a pixel are consecutive, pixels go row by row."""
+        super().seed(seed, wavefront_size)
+        pixels, lanes = self._window.pixels, self.wavefront_size()
+        # Mitsuba seeds a wavefront of 1 after a render, to free memory
+        if pixels and lanes % pixels and lanes > 1:
+            window = self._window
+            raise ValueError(
+                f"width={window.width} and height={window.height} are not the size of an image of {lanes} samples; "
+                "give that of the film's crop window (with the border that a wide filter samples), or leave both out"
+            )
+        # Opaque: another seed must not cost a compilation
+        seed = dr.opaque(mi.UInt32, seed) if isinstance(seed, int) else mi.UInt32(seed)
+        dr.make_opaque(seed)
+        self._seed = combine(seed, mi.UInt32(self._own_seed & 0xFFFFFFFF))
+        self._begun = 0
+        if dr.width(self._tables) == 0:
+            kind = DEFAULT_GENERATORS if self.generators == "auto" else self.generators
+            self._tables = mi.UInt32(nibble_tables(kind))
+        self._begin()
+
+    def advance(self) -> None:
+        """Begin the wavefront of the next samples of each pixel."""
+        self._begun += self._per_pixel()
+        self._begin()
+
+    # ------------------------------------------------------------------ which points of the sequence
+
+    def _per_pixel(self) -> int:
+        """Samples of a pixel in this wavefront."""
+        if self._window.pixels:
+            return max(1, self.wavefront_size() // self._window.pixels)
+        return self._per_wavefront or self.sample_count()
+
+    def _begin(self) -> None:
+        """Set index and key of each sample of the wavefront."""
+        per_pixel = self._per_pixel()
+        bits = (max(self.sample_count(), per_pixel) - 1).bit_length()
+        lane = dr.arange(mi.UInt32, self.wavefront_size())
+        pixel = quotient(lane, per_pixel)
+        number = lane - pixel * dr.opaque(mi.UInt32, per_pixel) + dr.opaque(mi.UInt32, self._begun % 2**bits)
+        # Beyond the samples that were asked for, another sequence begins
+        seed = combine(self._seed, dr.opaque(mi.UInt32, self._begun >> bits))
+        window = self._window
+        if window.pixels:
+            pixel += dr.opaque(mi.UInt32, window.first * window.width % 2**32)
+        if window.pixels and self.order == "morton":
+            place, self._key, place_bits = self._place(pixel, seed, BITS - bits)
+            self._index, self._bits = place << bits | number, place_bits + bits
+        else:
+            self._index, self._bits = number, bits
+            self._key = combine(pixel, seed ^ _OF_PIXEL)
+        self.dimension = mi.UInt32(0)
+
+    def _place(self, pixel: mi.UInt32, seed: mi.UInt32, most_bits: int) -> tuple[mi.UInt32, mi.UInt32, int]:
+        """Place of pixels in the random Morton order of their block, the block's key, and the bits of places."""
+        row = pixel // self._window.width
+        column = pixel - row * self._window.width
+        side = (max(self._window.width, self._window.height) - 1).bit_length()
+        digits = min(side, most_bits // 2, MORTON_BITS)
+        if digits < side:  # the image is more than one block
+            seed = combine(combine(column >> digits, row >> digits), seed ^ _OF_BLOCK)
+        mask = (1 << digits) - 1
+        code = morton(column & mask, row & mask)
+        return nested_shuffle_of_fours(code, digits, seed ^ _OF_ORDER), seed, 2 * digits
+
+    # ------------------------------------------------------------------ their coordinates
+
+    def next_1d(self, active: Any = True) -> mi.Float:
+        """The next coordinate of each sample, in [0, 1)."""
+        return self._coordinates(1)[0]
+
+    def next_2d(self, active: Any = True) -> mi.Point2f:
+        """The next two coordinates of each sample, in [0, 1)²."""
+        return mi.Point2f(self._coordinates(2))
+
+    def _coordinates(self, count: int) -> list[mi.Float]:
+        first, self.dimension = self.dimension, self.dimension + count
+        return [self._coordinate(first + k) for k in range(count)]
+
+    def _coordinate(self, dimension: mi.UInt32) -> mi.Float:
+        """A coordinate of the points of the sequence, scrambled."""
+        group, joint = dimension // DIMENSIONS, dimension % DIMENSIONS
+        # Later groups take the points in another order
+        shuffled = nested_shuffle(self._index, combine(group, self._key ^ _OF_GROUP))
+        index = dr.select(group == 0, self._index, shuffled)
+        digits = mi.UInt32(0)
+        first = joint * (BITS // NIBBLE << NIBBLE)
+        for place in range(-(-self._bits // NIBBLE)):
+            entry = first + ((index >> NIBBLE * place) & ((1 << NIBBLE) - 1)) + (place << NIBBLE)
+            digits ^= dr.gather(mi.UInt32, self._tables, entry)
+        return _unit(dr.brev(nested_scramble(digits, combine(dimension, self._key))))
+
+    # ------------------------------------------------------------------ Mitsuba's bookkeeping
+
+    def schedule_state(self) -> None:
+        """Have the state computed with the wavefront's other results."""
+        dr.schedule(self.dimension)
+
+    def traverse(self, callback: mi.TraversalCallback) -> None:
+        """There are no parameters to change."""
+
+    def to_string(self) -> str:
+        window = self._window
+        return (
+            f"OwenSobol[sample_count = {self.sample_count()}, width = {window.width}, height = {window.height}, "
+            f"order = {self.order}, generators = {self.generators}, seed = {self._own_seed}]"
+        )
+
+
+def _unit(digits: mi.UInt32) -> mi.Float:
+    """Numbers in [0, 1) with these binary digits, as many as a float holds."""
+    kept = 24 if dr.type_v(mi.Float) == dr.VarType.Float32 else BITS
+    return mi.Float(digits >> (BITS - kept)) * 2.0**-kept
+
+
+mi.register_sampler("owensobol", OwenSobol)
