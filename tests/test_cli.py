@@ -1,4 +1,5 @@
 import json
+import re
 import signal
 import subprocess
 import sys
@@ -52,6 +53,23 @@ def test_bad_input_is_one_line_and_leaves_nothing(voroquad, tmp_path, text, opti
     assert message in run.stderr
     assert len(run.stderr.strip().splitlines()) == 1
     assert not target.exists()
+
+
+def _raises(*arguments, **options):
+    {}["no\nsuch key"]
+
+
+@pytest.mark.parametrize("debug", ["", "0", "1"])
+def test_an_error_of_the_program_itself_is_one_line_that_says_where(voroquad, monkeypatch, debug):
+    monkeypatch.setattr("voroquad.integrals.quad.tolerance", _raises)
+    monkeypatch.setenv("VOROQUAD_DEBUG", debug)
+    run = voroquad("integrate", "x", "--bounds", "0:1", "--rtol", 0.1)
+    assert run.returncode == 70
+    *before, last = run.stderr.splitlines()
+    assert re.fullmatch(
+        r"voroquad: error: KeyError: 'no\\nsuch key' \(integrals/quad.py, line \d+\); please report it with .*", last
+    )
+    assert before[:1] == (["Traceback (most recent call last):"] if debug == "1" else [])
 
 
 def test_help_names_the_commands():

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 import math
+import os
 import signal
 import sys
+import traceback
 import warnings
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -24,6 +26,8 @@ if TYPE_CHECKING:
 
 #: Exit code of a command ended by Ctrl-C, as shells have it
 INTERRUPTED = 130
+#: Exit code of an error that is voroquad's own, as sysexits.h has it
+INTERNAL = 70
 #: Exit code of an integral whose value or error is not reliable
 UNRELIABLE = 1
 
@@ -389,7 +393,7 @@ def _pool(scheduler: str | None, workers: int | None, store: str | None, output:
 
 
 def main() -> None:
-    """Run the command line; a user's mistake is one line and exit code 2."""
+    """Run the command line; a user's mistake is one line and exit code 2, a mistake of voroquad one and 70."""
     _end_as_on_ctrl_c()
     try:
         if (code := app(standalone_mode=False)) == INTERRUPTED:
@@ -405,6 +409,11 @@ def main() -> None:
     except (KeyboardInterrupt, typer.Abort):
         _say("interrupted; nothing half-written was left")
         sys.exit(INTERRUPTED)
+    except Exception as error:
+        if os.environ.get("VOROQUAD_DEBUG", "") not in ("", "0"):
+            traceback.print_exception(error)
+        _say(f"error: {_described(error)}; please report it with the command and VOROQUAD_DEBUG=1's traceback")
+        sys.exit(INTERNAL)
 
 
 def _end_as_on_ctrl_c() -> None:
@@ -445,6 +454,17 @@ def _one_line(error: BaseException) -> str:
     text = " ".join(str(error).split())
     module = (error.name or "").split(".")[0] if isinstance(error, ModuleNotFoundError) else ""
     return f"{text}; {install_hint(_EXTRAS[module])}" if module in _EXTRAS else text
+
+
+def _described(error: Exception) -> str:
+    """Type, text and place of an exception that nothing expected; the place is the innermost line of this package."""
+    frames = traceback.extract_tb(error.__traceback__)
+    package = str(Path(__file__).parent)
+    own = [frame for frame in frames if frame.filename.startswith(package) and frame.filename != __file__]
+    place = (own or frames)[-1]
+    name = Path(place.filename).relative_to(package) if own else place.filename
+    text = " ".join(str(error).split())
+    return f"{type(error).__name__}{': ' * bool(text)}{text} ({name}, line {place.lineno})"
 
 
 def _number(value: float) -> float | None:
