@@ -3,66 +3,131 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from .._support.checks import real_numbers
+from .._support.checks import real_numbers, refuse_masks
 from .diagnostics import Diagnoses, diagnosis
 from .library import Library, to_numpy
+from .structures import Branch, Form, names_of, take_apart
 
 Array = NDArray[np.float64]
 Map = Callable[..., Any]
 
+#: What a call of func gives: the structure of its values, their arrays (..., n), the relative rounding error of each.
+Answer = tuple[Branch | None, list[NDArray[Any]], float]
+
 
 class _UnusableValueError(Exception):
-    """What func returned are no real numbers. No ValueError: to call func point by point would not help."""
+    """What func returned are no numbers. No ValueError: to call func point by point would not help."""
 
 
-def evaluate(
-    func: Callable[[Any], Any], x: NDArray[Any], library: Library, spread: Map, parts: int, diagnoses: Diagnoses
-) -> tuple[Array, float]:
-    """Values (..., n) of func at points x (d, n), and the relative rounding error of the dtype it returns.
+class Function:
+    """func as rows of real numbers, one for each component; complex components have two.
 
-    Where func raises TypeError, ValueError or IndexError it is called point by point, as `scipy.integrate.qmc_quad`
-    does; if that fails too, the first exception is raised.
+    Parameters
+    ----------
+    func : callable
+        ``func(x, *args, **kwargs)`` takes points x (d, n) and returns an array (..., n), or a dict or tuple of such.
+    library : Library
+        Whose arrays func gets.
+    args, kwargs : tuple, mapping
+        Further arguments of func.
+    vectorized : bool
+        Whether func takes (d, n). Else it is called with each point (d,).
+    spread : callable
+        ``spread(func, parts)`` calls func on each part, as the built-in map does.
+    parts : int
+        Number of parts that the points of a call are split into.
     """
-    pieces = np.array_split(x, min(parts, x.shape[1]), axis=1)
-    call = _Call(func, library, remote=spread is not map)
-    try:
+
+    def __init__(
+        self,
+        func: Callable[..., Any],
+        library: Library,
+        args: tuple[Any, ...] = (),
+        kwargs: Mapping[str, Any] | None = None,
+        vectorized: bool = True,
+        spread: Map = map,
+        parts: int = 1,
+    ):
+        if not callable(func):
+            raise TypeError(f"func must be callable, as lambda x: x[0] ** 2 is, got {func!r}")
+        self.library = library
+        self.diagnoses = Diagnoses()
+        #: Relative rounding error of func's values, of the dtype that it returns
+        self.epsilon = float(np.finfo(np.float64).eps)
+        self.form: Form | None = None
+        self._call = _Call(func, args, kwargs or {}, library, one_by_one=not vectorized, remote=spread is not map)
+        self._spread, self._parts = spread, parts
+
+    def __call__(self, x: NDArray[Any]) -> Array:
+        """Values (fields, n) at points x (d, n)."""
         try:
-            results = list(spread(call, pieces))
+            branch, leaves, epsilon = _joined(self._answers(x))
+        except _UnusableValueError as error:
+            raise ValueError(str(error)) from None
+        self.epsilon = max(self.epsilon, epsilon)
+        _check_shapes(branch, leaves, x.shape)
+        form = Form.of(branch, leaves)
+        self.form = form if self.form is None else _common(self.form, form)
+        return self.form.rows(leaves)
+
+    def _answers(self, x: NDArray[Any]) -> list[Answer]:
+        """Those of the parts.
+
+        Where func raises TypeError, ValueError or IndexError it is called point by point, as `scipy.integrate.qmc_quad`
+        does. If it does not take the first point either, the first exception is the one to raise.
+        """
+        pieces = np.array_split(x, min(self._parts, x.shape[1]), axis=1)
+        try:
+            return list(self._spread(self._call, pieces))
         except (TypeError, ValueError, IndexError) as error:
-            call.one_by_one = True
+            if self._call.one_by_one:
+                raise
+            self._call.one_by_one = True
             try:
-                results = list(spread(call, pieces))
+                self._call(x[:, :1])
             except _UnusableValueError:
                 raise
-            except Exception:
+            except Exception as other:
+                self._call.one_by_one = False
+                error.add_note(f"Called with the first point alone, func raised {type(other).__name__}: {other}")
                 raise error from None
             reason = f"{type(error).__name__}: {error}"
-            diagnoses.add(diagnosis("point-by-point", shape=pieces[0].shape, reason=reason))
-    except _UnusableValueError as error:
-        raise ValueError(str(error)) from None
-    values = np.concatenate([v for v, _ in results], axis=-1) if len(results) > 1 else results[0][0]
-    return values, max(epsilon for _, epsilon in results)
+        answers = list(self._spread(self._call, pieces))
+        self.diagnoses.add(diagnosis("point-by-point", shape=pieces[0].shape, reason=reason))
+        return answers
 
 
 class _Call:
     """func on points of the caller's array library, in a worker process too."""
 
-    def __init__(self, func: Callable[[Any], Any], library: Library, remote: bool):
-        self.func, self.library, self.remote = func, library, remote
-        self.one_by_one = False
+    def __init__(
+        self,
+        func: Callable[..., Any],
+        args: tuple[Any, ...],
+        kwargs: Mapping[str, Any],
+        library: Library,
+        one_by_one: bool,
+        remote: bool,
+    ):
+        self.func, self.args, self.kwargs, self.library = func, args, kwargs, library
+        self.one_by_one, self.remote = one_by_one, remote
 
-    def __call__(self, x: NDArray[Any]) -> tuple[Array, float]:
+    def __call__(self, x: NDArray[Any]) -> Answer:
         try:
             if not self.one_by_one:
-                return _real(self.func(self.library.array(x)))
-            points = [_real(self.func(point)) for point in self.library.array(x.T)]
-            return np.stack([v for v, _ in points], axis=-1), max(epsilon for _, epsilon in points)
+                return self._numbers(self.library.array(x), f"x of shape {x.shape}, the first point {x[:, 0].tolist()}")
+            points = [
+                self._numbers(point, f"x = {at.tolist()}")
+                for point, at in zip(self.library.array(x.T), x.T, strict=True)
+            ]
+            stacked = [np.stack(leaves, axis=-1) for leaves in zip(*(p[1] for p in points), strict=True)]
+            return _one_structure(points), stacked, max(epsilon for _, _, epsilon in points)
         except StopIteration as error:  # which would end the map silently
             raise RuntimeError("func raised StopIteration") from error
         except Exception as error:
@@ -70,16 +135,76 @@ class _Call:
                 raise RuntimeError(f"func raised {type(error).__name__}: {error}") from None
             raise
 
+    def _numbers(self, x: Any, shown: str) -> Answer:
+        """func's values at x; an exception of func says where it was raised."""
+        try:
+            values = self.func(x, *self.args, **self.kwargs)
+        except Exception as error:
+            error.add_note(f"func was called with {shown}")
+            raise
+        branch, leaves = take_apart(values, single=self.one_by_one)
+        numbers = [_as_numbers(leaf) for leaf in leaves]
+        return branch, [v for v, _ in numbers], max((epsilon for _, epsilon in numbers), default=0.0)
 
-def _real(values: Any) -> tuple[Array, float]:
-    """Values of func as float64, and the relative rounding error of their own dtype."""
-    given = to_numpy(values)
+
+def _as_numbers(values: Any) -> tuple[NDArray[Any], float]:
+    """Values of func as float64 or complex128, and the relative rounding error of their own dtype."""
+    name, given = "values of func", to_numpy(values)
     try:
-        numbers = real_numbers("values of func", given, "integrate its real and imaginary parts as two components")
+        if np.iscomplexobj(given):
+            refuse_masks(name, given)
+            numbers: NDArray[Any] = np.asarray(given, dtype=np.complex128)
+        else:
+            numbers = real_numbers(name, given)
     except ValueError as error:
         raise _UnusableValueError(str(error)) from None
     dtype = np.asarray(given).dtype
-    return numbers, float(np.finfo(dtype if dtype.kind == "f" else np.float64).eps)
+    return numbers, float(np.finfo(dtype if dtype.kind in "fc" else np.float64).eps)
+
+
+def _one_structure(answers: list[Answer]) -> Branch | None:
+    """The structure that all have; ValueError where they differ."""
+    first = answers[0][0]
+    if any(branch != first for branch, _, _ in answers):
+        raise _UnusableValueError("func must return the same structure at all points, got dicts or tuples that differ")
+    return first
+
+
+def _joined(answers: list[Answer]) -> Answer:
+    """The answer for the points of all parts."""
+    if len(answers) == 1:
+        return answers[0]
+    branch = _one_structure(answers)
+    leaves = [np.concatenate(parts, axis=-1) for parts in zip(*(a[1] for a in answers), strict=True)]
+    return branch, leaves, max(epsilon for _, _, epsilon in answers)
+
+
+def _check_shapes(branch: Branch | None, leaves: list[NDArray[Any]], shape: tuple[int, ...]) -> None:
+    """Raise ValueError unless each array is (..., n) for points of this shape (d, n)."""
+    n = shape[-1]
+    for name, values in zip(names_of(branch), leaves, strict=True):
+        within = f" in {name}" if name else ""
+        if values.ndim == 0 or values.shape[-1] != n:
+            last = "; put the points last, as values.T does" if values.ndim and values.shape[0] == n else ""
+            raise ValueError(
+                f"func must return shape ({n},) or (..., {n}) for points of shape {shape}, got {values.shape}"
+                f"{within}{last}"
+            )
+        if values.size == 0:
+            raise ValueError(f"func must return one component or more, got shape {values.shape}{within}")
+    if not leaves:
+        raise ValueError("func must return one component or more, got an empty dict or tuple")
+
+
+def _common(known: Form, new: Form) -> Form:
+    """The form of the values so far, which those of another call must have; real ones may stand for complex ones."""
+    same = (known.branch, known.shapes) == (new.branch, new.shapes)
+    if not same or any(n and not k for k, n in zip(known.is_complex, new.is_complex, strict=True)):
+        raise ValueError(
+            "func must return values of the same shape and kind in each call, got "
+            f"{new.shapes} after {known.shapes}{' (complex ones after real ones)' if same else ''}"
+        )
+    return known
 
 
 def _survives_pickling(error: Exception) -> bool:

@@ -56,12 +56,20 @@ class Library:
         return np.dtype(to_numpy(self.like).dtype)
 
     def array(self, x: NDArray[Any]) -> Any:
-        """The numbers of a NumPy array as an array of the library."""
-        x = np.asarray(x, dtype=self.precision(), order="C")
+        """The numbers of a NumPy array, real or complex ones, as an array of the library in the precision of `like`."""
+        is_complex = np.iscomplexobj(x)
+        x = np.asarray(x, dtype=np.result_type(self.precision(), np.complex64 if is_complex else 0), order="C")
         if self.is_numpy:
             return x
+        xp = array_namespace(self.like)
+        dtype = getattr(xp, x.dtype.name) if is_complex else self.like.dtype
         # A copy: some libraries share the memory of what they are given
-        return array_namespace(self.like).asarray(x.copy(), dtype=self.like.dtype, device=device(self.like))
+        return xp.asarray(x.copy(), dtype=dtype, device=device(self.like))
+
+    def number(self, x: NDArray[Any]) -> Any:
+        """Numbers as results hold them: arrays of the library, and of NumPy's a float or complex for a single one."""
+        array = self.array(np.asarray(x))
+        return array.item() if self.is_numpy and array.ndim == 0 else array
 
 
 def _is_array(x: Any) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
@@ -13,9 +13,12 @@ from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, as_generator
 from ..rules.registry import DEBIAS
 from ..rules.strata_fits import check_order
+from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import Estimator
+from .evaluation import Function
 from .integrand import Integrand
 from .refinement import refine, tolerance
+from .regions import region_of
 from .result import QuadResult
 from .workers import mapping
 
@@ -26,10 +29,15 @@ R = TypeVar("R")
 INSTEAD = {
     "qrng": "sampler=qmc.Sobol (the class, or functools.partial of it with its options) and rng= the seed",
     "log": "quad(lambda x: np.exp(g(x) - c), a, b) with a constant c about as large as g, and add c to the logarithm",
-    "args": "quad(lambda x: func(x, *args), a, b)",
     "epsrel": "rtol=",
     "epsabs": "atol=",
     "seed": "rng=",
+    "limit": "max_evaluations=",
+    "opts": "rtol=, atol= and max_evaluations=",
+    "ranges": "a= the lower and b= the upper limits; both may hold callables",
+    "complex_func": "nothing: complex values are integrated as they are",
+    "neval": "n_points=",
+    "nitn": "n_estimates=",
 }
 
 
@@ -48,10 +56,15 @@ def _answer_others(function: Callable[P, R]) -> Callable[P, R]:
 
 @_answer_others
 def quad(
-    func: Callable[[Any], Any],
+    func: Callable[..., Any],
     a: Any,
     b: Any,
     *,
+    args: tuple[Any, ...] = (),
+    kwargs: Mapping[str, Any] | None = None,
+    vectorized: bool = True,
+    loc: Any = 0.0,
+    scale: Any = 1.0,
     n_points: int = 1024,
     n_estimates: int = 1,
     sampler: str | EngineFactory = "auto",
@@ -69,11 +82,21 @@ def quad(
     Parameters
     ----------
     func : callable
-        ``func(x)`` takes points x of shape (d, n) and returns values (n,) or, for several components
-        at once, (..., n). The conventions are those of `scipy.integrate.qmc_quad`.
+        ``func(x, *args, **kwargs)`` takes points x of shape (d, n) and returns values (n,) or, for several components
+        at once, (..., n), or a dict or a tuple of such arrays. Values may be complex. The result has the shape (...),
+        or the same structure. The conventions are those of `scipy.integrate.qmc_quad`.
     a, b : float or array_like, (d,)
         Lower and upper limits. They may be infinite. Where b < a the sign changes, as usual. If they are arrays, func
-        gets points of their library and dtype, on their device, and the results are such arrays too.
+        gets points of their library and dtype, on their device, and the results are such arrays too. In a list, limits
+        of coordinate i may be callables of the coordinates after it, x_{i+1}, …, x_{d−1}, as `scipy.integrate.nquad`
+        takes them; they get and return arrays (n,).
+    args, kwargs : tuple, mapping
+        Further arguments of func.
+    vectorized : bool
+        False for a func that takes one point (d,) and returns its value: it is called once per point.
+    loc, scale : float or array_like, (d,)
+        Where func lies on infinite intervals. Half of the points are below a + scale on [a, ∞), above b − scale on
+        (−∞, b], and within ⅔ scale of loc on the whole line.
     n_points : int
         Largest number of evaluations of an estimate. A stratified set has the largest near-cubic
         grid of at most that many strata; other samplers split them into four replicates of the largest size
@@ -119,11 +142,14 @@ def quad(
     ------
     ValueError
         Limits that are no numbers; n_points < 1; a rule that does not exist; a sampler whose points are not uniform;
-        values of a wrong shape, masked or complex ones; a func that cannot be sent to other processes.
+        values of a wrong shape or masked ones; a func that cannot be sent to other processes.
     RuntimeError
         A worker process ended early; func raised what cannot be sent to this process.
     TypeError
         func is not callable; an argument of SciPy's functions that this one has not (the message says what to write).
+    Exception
+        What func raises, with a note that says at which points. Where func raises TypeError, ValueError or IndexError
+        and takes a single point, it is called point by point instead.
 
     Warns
     -----
@@ -160,8 +186,9 @@ def quad(
     wanted = None if rtol is None and atol is None else tolerance(rtol or 0, atol or 0)
     order = int(order) if isinstance(order, np.integer) else order
     generator = as_generator(rng)
-    with mapping(workers, func) as (spread, parts):
-        integrand = Integrand(func, a, b, spread, parts)
+    region, library = region_of(a, b, loc, scale)
+    with mapping(workers, (func, args, kwargs)) as (spread, parts):
+        integrand = Integrand(Function(func, library, args, kwargs, vectorized, spread, parts), region)
         if isinstance(sampler, str) and sampler == "auto":
             sampler = "multi-jittered" if integrand.d <= 4 else "sobol"
         check_order(order, integrand.d)
@@ -177,6 +204,15 @@ def quad(
                 wanted, n_points * n_estimates, most, integrand.d, integrand.diagnoses,
             )  # fmt: skip
     for warning in found.warnings:
-        integrand.diagnoses.add(warning)
-    mean, error = integrand.result(found.mean), integrand.result(found.error)
-    return QuadResult(mean, error, found.n, found.degrees_of_freedom, integrand.diagnoses.all())
+        kept = _zeros_of_both_parts(warning, integrand.function) if warning.kind == "zero" else warning
+        if kept:
+            integrand.diagnoses.add(kept)
+    return QuadResult.of(found, integrand.function)
+
+
+def _zeros_of_both_parts(warning: IntegrationWarning, function: Function) -> IntegrationWarning | None:
+    """The warning of rows that are 0, without those whose complex number has another part that is not."""
+    assert function.form is not None
+    zeros = set(warning.details["components"])
+    rows = [row for row, other in enumerate(function.form.partners()) if {row, other} <= zeros]
+    return diagnosis("zero", **warning.details | {"components": rows}) if rows else None

@@ -12,11 +12,14 @@ from scipy import stats
 
 from .._support.numbers import with_uncertainty
 from .diagnostics import ADVICE, IntegrationWarning
+from .estimates import Estimate
+from .evaluation import Function
 from .library import to_numpy
+from .structures import mapped
 
 
 class ConfidenceInterval(NamedTuple):
-    """Ends of an interval; arrays for vector-valued integrands."""
+    """Ends of an interval, in the shape or structure of func's values; of complex ones both parts."""
 
     low: Any
     high: Any
@@ -30,10 +33,11 @@ class QuadResult:
 
     Attributes
     ----------
-    integral : float or array
-        The estimate, in the shape of func's values.
-    standard_error : float or array
-        Its standard error.
+    integral : float, complex, array, or dict or tuple of these
+        The estimate, in the shape or structure of func's values.
+    standard_error : as integral
+        Its standard error. That of a complex estimate is complex: the errors of its real and its imaginary part, as
+        `scipy.integrate.quad` has them.
     n_evaluations : int
         Number of points func was evaluated at.
     degrees_of_freedom : float
@@ -55,6 +59,13 @@ class QuadResult:
     degrees_of_freedom: float = field(default=math.inf, repr=False)
     warnings: tuple[IntegrationWarning, ...] = field(default=(), repr=False)
 
+    @classmethod
+    def of(cls, estimate: Estimate, function: Function) -> QuadResult:
+        """The result that an estimate of a function's integrals makes, in the structure of the function's values."""
+        assert function.form is not None
+        integral, error = (function.form.assemble(x, function.library.number) for x in (estimate.mean, estimate.error))
+        return cls(integral, error, estimate.n, estimate.degrees_of_freedom, function.diagnoses.all())
+
     @property
     def success(self) -> bool:
         """Whether nothing was found that makes value or error unreliable, and the tolerance, if any, is met."""
@@ -67,15 +78,39 @@ class QuadResult:
         """
         if not 0 < level < 1:
             raise ValueError(f"level must be between 0 and 1, got {level!r}; 0.95 is the usual one")
-        half = float(stats.t.ppf((1 + level) / 2, self.degrees_of_freedom)) * self.standard_error
-        return ConfidenceInterval(self.integral - half, self.integral + half)
+        factor = float(stats.t.ppf((1 + level) / 2, self.degrees_of_freedom))
+        low = mapped(lambda value, error: value - factor * error, self.integral, self.standard_error)
+        high = mapped(lambda value, error: value + factor * error, self.integral, self.standard_error)
+        return ConfidenceInterval(low, high)
 
     def __iter__(self) -> Iterator[Any]:
         return iter((self.integral, self.standard_error))
 
     def __str__(self) -> str:
-        value, error = np.asarray(to_numpy(self.integral)), np.asarray(to_numpy(self.standard_error))
-        texts = [with_uncertainty(v, e) for v, e in zip(value.flat, error.flat, strict=True)]
+        return str(mapped(_Text.of, self.integral, self.standard_error))
+
+
+class _Text(str):
+    """A text that shows itself without quotes, within dicts and tuples too."""
+
+    __slots__ = ()
+
+    def __repr__(self) -> str:
+        return str(self)
+
+    @classmethod
+    def of(cls, integral: Any, standard_error: Any) -> _Text:
+        """Values with their uncertainties, in the shape of the array."""
+        value, error = np.asarray(to_numpy(integral)), np.asarray(to_numpy(standard_error))
+        texts = [_with_uncertainty(v, e) for v, e in zip(value.flat, error.flat, strict=True)]
         if value.ndim == 0:
-            return texts[0]
-        return np.array2string(np.array(texts).reshape(value.shape), formatter={"all": str})
+            return cls(texts[0])
+        return cls(np.array2string(np.array(texts).reshape(value.shape), formatter={"all": str}))
+
+
+def _with_uncertainty(value: Any, error: Any) -> str:
+    """As :func:`with_uncertainty`; a complex number as 1.50(2)+0.3(1)j."""
+    if not np.iscomplexobj(value):
+        return with_uncertainty(value, error)
+    real, imaginary = with_uncertainty(value.real, error.real), with_uncertainty(value.imag, error.imag)
+    return f"{real}{'' if imaginary.startswith('-') else '+'}{imaginary}j"

@@ -1,0 +1,157 @@
+"""Values of func as rows of real numbers, and back: arrays, complex ones, and dicts and tuples of these."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from array_api_compat import is_array_api_obj
+from numpy.typing import NDArray
+
+Numbers = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Branch:
+    """A dict, a tuple or a named tuple. Its children are branches too, or None for arrays.
+
+    Attributes
+    ----------
+    kind : type
+        ``dict``, ``tuple`` or the class of a named tuple.
+    keys : tuple
+        Of a dict; of the others the positions.
+    children : tuple
+        One per key.
+    """
+
+    kind: type
+    keys: tuple[Any, ...]
+    children: tuple[Branch | None, ...]
+
+    def build(self, parts: list[Any]) -> Any:
+        """The structure with these parts in it, one for each child."""
+        if self.kind is dict:
+            return dict(zip(self.keys, parts, strict=True))
+        return self.kind(*parts) if hasattr(self.kind, "_fields") else tuple(parts)
+
+
+def take_apart(values: Any, single: bool) -> tuple[Branch | None, list[Any]]:
+    """The structure of what func returned and its arrays, in order.
+
+    A tuple of plain numbers is an array as a list is; where func has a `single` point each of them is a value of its
+    own.
+    """
+    kind: type
+    if isinstance(values, Mapping):
+        kind, keys, items = dict, tuple(values), list(values.values())
+    elif isinstance(values, tuple) and (single or any(_is_many(v) for v in values)):
+        kind, keys, items = type(values), tuple(range(len(values))), list(values)
+    else:
+        return None, [values]
+    branches, leaves = [], []
+    for item in items:
+        branch, found = take_apart(item, single)
+        branches.append(branch)
+        leaves += found
+    return Branch(kind, keys, tuple(branches)), leaves
+
+
+def _is_many(value: Any) -> bool:
+    return isinstance(value, Mapping | tuple | list) or (is_array_api_obj(value) and value.ndim > 0)
+
+
+def names_of(branch: Branch | None) -> list[str]:
+    """How errors name each array of a structure, such as ['energy'][0]; one that stands alone has no name."""
+    if branch is None:
+        return [""]
+    return [
+        f"[{key!r}]{rest}"
+        for key, child in zip(branch.keys, branch.children, strict=True)
+        for rest in names_of(child)
+    ]  # fmt: skip
+
+
+def mapped(function: Callable[..., Any], first: Any, *others: Any) -> Any:
+    """The structure `first` with function(leaf, ...) in the place of each leaf; the others are structured alike."""
+    if isinstance(first, dict):
+        return {key: mapped(function, value, *(o[key] for o in others)) for key, value in first.items()}
+    if isinstance(first, tuple):
+        parts = [mapped(function, *values) for values in zip(first, *others, strict=True)]
+        return type(first)(*parts) if hasattr(first, "_fields") else tuple(parts)
+    return function(first, *others)
+
+
+def part(structure: Any, where: Any) -> Any:
+    """A component: the index of an array, the key of a dict, or a tuple of a key and what follows within it."""
+    if not isinstance(structure, dict | tuple):
+        return structure[where]
+    first, *rest = where if isinstance(where, tuple) else (where,)
+    return part(structure[first], tuple(rest)) if rest else structure[first]
+
+
+@dataclass(frozen=True)
+class Form:
+    """What func returns for a point.
+
+    Attributes
+    ----------
+    branch : Branch or None
+        The structure; None for an array.
+    shapes : tuple of tuple of int
+        Of each array, without the axis of the points.
+    is_complex : tuple of bool
+        Whether an array is complex: its real parts and then its imaginary parts are rows.
+    """
+
+    branch: Branch | None
+    shapes: tuple[tuple[int, ...], ...]
+    is_complex: tuple[bool, ...]
+
+    @classmethod
+    def of(cls, branch: Branch | None, leaves: list[Numbers]) -> Form:
+        """That of arrays (..., n)."""
+        return cls(branch, tuple(v.shape[:-1] for v in leaves), tuple(np.iscomplexobj(v) for v in leaves))
+
+    def rows(self, leaves: list[Numbers]) -> NDArray[np.float64]:
+        """Real numbers (fields, n) of arrays (..., n). Real arrays where the form has complex ones are as good."""
+        found = []
+        for leaf, as_complex in zip(leaves, self.is_complex, strict=True):
+            flat = leaf.reshape(-1, leaf.shape[-1])
+            found += [flat.real, flat.imag] if as_complex else [flat]
+        return np.concatenate(found, dtype=np.float64)
+
+    def partners(self) -> list[int]:
+        """For each row that of the other part of its complex number, or the row itself."""
+        found: list[int] = []
+        for shape, as_complex in zip(self.shapes, self.is_complex, strict=True):
+            size, start = int(np.prod(shape, dtype=int)), len(found)
+            ranges = [(size, 2 * size), (0, size)] if as_complex else [(0, size)]
+            found += [start + i for first, last in ranges for i in range(first, last)]
+        return found
+
+    def leaves(self, rows: Numbers) -> list[Numbers]:
+        """Arrays (*shape, ...) of rows (fields, ...)."""
+        found, start = [], 0
+        for shape, as_complex in zip(self.shapes, self.is_complex, strict=True):
+            size = int(np.prod(shape, dtype=int))
+            values = rows[start : start + size]
+            start += size
+            if as_complex:
+                values = values + 1j * rows[start : start + size]
+                start += size
+            found.append(values.reshape((*shape, *rows.shape[1:])))
+        return found
+
+    def assemble(self, rows: Numbers, finish: Callable[[Numbers], Any] = lambda leaf: leaf) -> Any:
+        """Rows (fields, ...) in the structure that func returns, each array (*shape, ...) as `finish` makes it."""
+        return _assembled(self.branch, [finish(leaf) for leaf in self.leaves(rows)])
+
+
+def _assembled(branch: Branch | None, leaves: list[Any]) -> Any:
+    """The structure with the leaves, which are taken from the front of the list."""
+    if branch is None:
+        return leaves.pop(0)
+    return branch.build([_assembled(child, leaves) for child in branch.children])
