@@ -39,7 +39,7 @@ def powers_up_to(degree: int, d: int) -> Indices:
 def at_points(points: Array, powers: Indices) -> Array:
     """The products (..., terms) at points (..., d) of the unit box."""
     degree = int(powers.max(initial=0))
-    factors = [_legendre(2 * points[..., a] - 1, degree) for a in range(points.shape[-1])]
+    factors = [legendre(2 * points[..., a] - 1, degree) for a in range(points.shape[-1])]
     return reduce(np.multiply, (f[..., powers[:, a]] for a, f in enumerate(factors)))
 
 
@@ -47,12 +47,12 @@ def over_boxes(axes: Sequence[Intervals], powers: Indices) -> Array:
     """Their integrals (measures, terms) over all products of one part of each axis, in C order of the parts."""
     degree, integrals = int(powers.max(initial=0)), np.ones((1, len(powers)))
     for a, axis in enumerate(axes):
-        along = axis.share @ _legendre_means(2 * axis.low - 1, 2 * axis.high - 1, degree)
+        along = axis.share @ legendre_means(2 * axis.low - 1, 2 * axis.high - 1, degree)
         integrals = (integrals[:, None] * along[:, powers[:, a]]).reshape(-1, len(powers))
     return integrals
 
 
-def _legendre(t: Array, degree: int) -> Array:
+def legendre(t: Array, degree: int) -> Array:
     """The Legendre polynomials (..., degree + 1), orthonormal in the mean over [−1, 1], by Bonnet's recursion."""
     values = [np.ones_like(t), t]
     for k in range(1, degree):
@@ -60,10 +60,10 @@ def _legendre(t: Array, degree: int) -> Array:
     return np.stack([np.sqrt(2.0 * k + 1) * p for k, p in enumerate(values[: degree + 1])], axis=-1)
 
 
-def _legendre_means(low: Array, high: Array, degree: int) -> Array:
+def legendre_means(low: Array, high: Array, degree: int) -> Array:
     """Their means over [low_i, high_i], from the antiderivatives (P_{k+1} − P_{k−1}) / (2k + 1)."""
     scale = np.sqrt(2.0 * np.arange(degree + 2) + 1)
-    rise = (_legendre(high, degree + 1) - _legendre(low, degree + 1)) / scale
+    rise = (legendre(high, degree + 1) - legendre(low, degree + 1)) / scale
     means = np.ones((len(low), degree + 1))
     means[:, 1:] = (rise[:, 2:] - rise[:, :-2]) / scale[1:-1] / (high - low)[:, None]
     return means
