@@ -284,7 +284,9 @@ def render(
     spp: Annotated[
         int | None, typer.Option(help="Samples per pixel; 64 unless --time or --target-error end it.")
     ] = None,
-    sampler: Annotated[str, typer.Option(help="Design of the sets, such as sobol, or scene: its own.")] = "stratified",
+    sampler: Annotated[
+        str, typer.Option(help="Design of the sets, such as sobol; scene: its own samples; owensobol: no sets.")
+    ] = "stratified",
     order: Order = None,
     debias: Debias = "auto",
     weighted: Annotated[bool, typer.Option(help="Use the weights, or the same samples without.")] = True,

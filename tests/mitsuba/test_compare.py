@@ -17,7 +17,7 @@ from voroquad.report.errors import read_errors
 from voroquad.results.manifest import Results
 
 ALL = methods.UNIFORM, methods.UNIFORM_W, *methods.STRATIFIED, methods.ZERO_TWO, *methods.SOBOL, methods.HALTON
-ALL += methods.OF_MITSUBA
+ALL += (methods.OWEN_SOBOL, *methods.OF_MITSUBA)
 #: At 4 and 16 spp; Mitsuba's orthogonal sampler makes squares of primes
 RENDERINGS = 2 * len(ALL) - 1
 
@@ -131,7 +131,14 @@ def test_methods_of_a_domain(ball):
         return [m.name for m in methods_for(Stage(scene, scene.sensors()[0], domain, jitter), spp)]
 
     assert names()[:2] == ["uniform", "uniform-w"]
-    assert {"zero-two", "stratified-blend", "sobol-blend", "mitsuba-independent", "mitsuba-ldsampler"} <= set(names())
+    assert {
+        "zero-two",
+        "stratified-blend",
+        "sobol-blend",
+        "mitsuba-independent",
+        "mitsuba-ldsampler",
+        "owensobol",
+    } <= set(names())
     assert "sobol-joint" in names(jitter=True)
     assert "sobol-joint" not in names()
     assert "zero-two" not in names("pixel+light+time", jitter=True)

@@ -9,6 +9,7 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from voroquad.mitsuba import accumulation
 from voroquad.mitsuba.errors import one_line_errors
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -196,7 +197,7 @@ def test_a_clone_goes_on_by_itself():
 # ---------------------------------------------------------------------- in renders
 
 
-def box(integrator, own):
+def box(integrator, own, **camera):
     """A floor and a ball under a lamp: small, and compiled fast."""
     look = mi.ScalarTransform4f().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])
     film = {"type": "hdrfilm", **SIZE, "rfilter": {"type": "box"}}
@@ -206,7 +207,7 @@ def box(integrator, own):
     return mi.load_dict({
         "type": "scene",
         "integrator": {"type": integrator} | depth,
-        "sensor": {"type": "perspective", "fov": 50.0, "to_world": look, "film": film, "sampler": own},
+        "sensor": {"type": "perspective", "fov": 50.0, "to_world": look, "film": film, "sampler": own} | camera,
         "floor": {"type": "rectangle", "to_world": mi.ScalarTransform4f().scale(2), "bsdf": white},
         "ball": {"type": "sphere", "center": [0.3, 0, 0.5], "radius": 0.5, "bsdf": white},
         "lamp": {"type": "rectangle", "to_world": lamp, "emitter": {"type": "area", "radiance": 5.0}},
@@ -309,3 +310,70 @@ def test_a_wrong_size_is_refused():
     with pytest.raises(ValueError, match=r"width=7 and height=4 are not the size of an image of 512 samples; give"):
         own.seed(0, WIDTH * HEIGHT * 16)
     own.seed(0, 1)  # what Mitsuba does after a render
+
+
+# ---------------------------------------------------------------------- in the plug-ins of this package
+
+
+def plugin(kind, **properties):
+    return mi.load_dict({"type": kind, "nested": {"type": "direct"}} | properties)
+
+
+@pytest.mark.parametrize("kind", [
+    ("plain", {}),
+    ("reweighted", {"domain": "pixel", "sampler": "scene", "weighted": False}),
+])  # fmt: skip
+def test_plugins_set_the_size(kind):
+    """Without a size in the scene, their images are those of a scene that has it."""
+    name, properties = kind
+    images = [
+        np.array(mi.render(box("direct", own), integrator=plugin(name, **properties), spp=8, seed=3))
+        for own in ({"type": "owensobol"}, OWN)
+    ]
+    np.testing.assert_array_equal(*images)
+    nested = np.array(mi.render(box("direct", OWN), spp=8, seed=3))
+    np.testing.assert_allclose(images[0], nested, rtol=1e-4, atol=1e-6)
+
+
+@pytest.mark.parametrize("order", ["morton", "none"])
+@pytest.mark.parametrize("rays", [1, 3 * WIDTH * 8])
+def test_an_image_in_bands_has_the_bits_of_one_in_one_go(monkeypatch, rays, order):
+    scene = box("direct", {"type": "owensobol", "order": order})
+    whole = np.array(mi.render(scene, integrator=plugin("plain"), spp=8, seed=3))
+    monkeypatch.setattr(accumulation, "BAND_RAYS", rays)
+    np.testing.assert_array_equal(np.array(mi.render(scene, integrator=plugin("plain"), spp=8, seed=3)), whole)
+
+
+def test_a_filters_border_counts_to_the_size():
+    scene = box("direct", {"type": "owensobol"})
+    film = {"type": "hdrfilm", **SIZE, "rfilter": {"type": "gaussian"}, "sample_border": True}
+    camera = mi.load_dict({"type": "perspective", "film": film, "sampler": {"type": "owensobol"}})
+    drawn, _ = plugin("plain").prepare(camera, 0, 4)
+    assert f"width = {WIDTH + 4}, height = {HEIGHT + 4}," in str(drawn)
+    assert np.isfinite(np.array(mi.render(scene, sensor=camera, integrator=plugin("plain"), spp=4))).all()
+
+
+@pytest.mark.parametrize(("blend", "order"), [("auto", "none"), ("off", "morton")])
+def test_pixels_are_independent_where_one_half_chooses_for_the_other(blend, order):
+    integrator = plugin("reweighted", domain="pixel", blend=blend)
+    drawn, _ = integrator.prepare(box("direct", {"type": "owensobol"}).sensors()[0], 0, 4)
+    assert f"order = {order}" in str(drawn)
+
+
+def test_wavefronts_of_one_sample_make_nets_too():
+    """So do moving objects, of whose slices each is a wavefront."""
+    own = sampler(order="none")
+    own.set_samples_per_wavefront(1)
+    own.seed(0, 32)
+    drawn = []
+    for _ in range(16):
+        drawn.append(np.array(own.next_2d()))
+        own.advance()
+    assert all(is_net(np.array(drawn)[:, :, pixel].T) for pixel in range(32))
+
+
+def test_moving_objects_take_it():
+    motion = {"domain": "time", "slices": True, "weighted": False}
+    scenes = [box("direct", {"type": kind}, shutter_close=1.0) for kind in ("owensobol", "independent")]
+    images = [np.array(mi.render(s, integrator=plugin("reweighted", **motion), spp=16, seed=3)) for s in scenes]
+    assert images[0].mean() == pytest.approx(images[1].mean(), rel=0.1)

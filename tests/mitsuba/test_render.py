@@ -307,6 +307,33 @@ def test_ten_kills_lose_at_most_the_running_round(tmp_path):
     assert out.read_bytes() == (tmp_path / "whole.exr").read_bytes()
 
 
+def test_one_sequence_for_the_whole_image(ball, tmp_path):
+    """Its rounds go on with the same bits; it has no sets, hence no domain and no λ."""
+    own = ROUNDS | {"sampler": "owensobol"}
+    summary = renderer.render(ball, tmp_path / "whole.exr", spp=48, **own)
+    assert (summary["domain"], summary["rounds"]) == (None, 3)
+    renderer.render(ball, tmp_path / "parts.exr", spp=32, **own)
+    renderer.render(ball, tmp_path / "parts.exr", spp=48, resume=True, **own)
+    assert (tmp_path / "parts.exr").read_bytes() == (tmp_path / "whole.exr").read_bytes()
+    channels = [field.name for field in mi.Bitmap(str(tmp_path / "whole.exr")).struct_()]
+    assert channels == ["R", "G", "B", "variance.R", "variance.G", "variance.B"]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"domain": "lens"}, "has no sets to apply domain to; leave that out"),
+        ({"order": 0, "debias": "none"}, "has no sets to apply order, debias to; leave that out"),
+        ({"scene": "moving-objects"}, "objects move at the times of sets, and sampler='owensobol' has none; name a"),
+    ],
+)
+def test_settings_of_sets_are_refused_without_sets(ball, tmp_path, options, message):
+    scene = options.pop("scene", ball)
+    with pytest.raises(ValueError, match=message):
+        renderer.render(scene, tmp_path / "o.exr", sampler="owensobol", **options)
+    assert list(tmp_path.iterdir()) == []
+
+
 FILM = """<scene version="3.0.0"> <default name="width" value="64"/> <default name="sensor" value="perspective"/>
     <sensor type="$sensor" id="cam&nbsp;1"> <film type="hdrfilm">
     <integer name="width" value="$width"/> <integer name="height" value="48"/> </film> </sensor>

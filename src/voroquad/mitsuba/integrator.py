@@ -127,6 +127,8 @@ class Reweighted(Plain):
         self._first_hit = FirstHit(self.nested) if "light" in self.domain.name else None
         self.weighted = read_property(props, "weighted", True)
         self.blend = one_of("blend", read_property(props, "blend", "auto"), ("auto", "off")) == "auto" and self.weighted
+        # One half of the pixels chooses λ for the other: they must be independent
+        self.pixel_order = "none" if self.blend else None
         self.reuse = one_of("reuse", read_property(props, "reuse", "hash"), ("hash", "tile"))
         self.aovs = names("aovs", read_property(props, "aovs", ""), ("lambda",))
         self._file = table_file(props, self.domain)
@@ -159,12 +161,12 @@ class Reweighted(Plain):
         spp: int = 0,
         aovs: list[str] | None = None,
         *,
-        rows: int | None = None,
+        number: int | None = None,
     ) -> tuple[mi.Sampler, int]:
         """Seed the sampler as `Plain` does; for a wavefront that is no band of an image, make the table too."""
-        if rows is None:
+        if number is None:
             self.settle(sensor, whole(seed), spp)
-        return super().prepare(sensor, seed, spp, aovs, rows=rows)
+        return super().prepare(sensor, seed, spp, aovs, number=number)
 
     def settle(self, sensor: mi.Sensor, seed: int, spp: int) -> None:
         """Have the table at hand that an image of this seed takes its sets from."""

@@ -121,10 +121,12 @@ OF_MITSUBA = (
     _of_mitsuba("orthogonal", MUTED, "solid"),
     _of_mitsuba("ldsampler", INK, "dotted"),
 )
+#: The sampler that `plain` tells the size of the image
+OWEN_SOBOL = Method("owensobol", "owensobol", "plain", {"scene_sampler": {"type": "owensobol"}}, Line(PURPLE, "solid"))
 
 
 def methods_for(stage: Stage, spp: Sequence[int]) -> list[Method]:
-    """The methods that a scene and a domain have; Mitsuba's samplers only where they make one of the spp."""
+    """The methods that a scene and a domain have; those of Mitsuba's samplers only where they make one of the spp."""
     domain = find_domain(stage.domain)
     methods = [UNIFORM, UNIFORM_W, *STRATIFIED, ZERO_TWO, *SOBOL, HALTON]
     if domain.dimension > 2:
@@ -135,5 +137,5 @@ def methods_for(stage: Stage, spp: Sequence[int]) -> list[Method]:
     if stage.jitter and "pixel" not in stage.domain.split("+") and not moves:
         methods.append(JOINT)
     # Mitsuba's samplers draw times for its sensors; what moves in slices has the times of its sets
-    own = [] if moves else [method for method in OF_MITSUBA if any(method.makes(n) for n in spp)]
+    own = [] if moves else [method for method in (OWEN_SOBOL, *OF_MITSUBA) if any(method.makes(n) for n in spp)]
     return methods + own

@@ -55,7 +55,7 @@ class OwenSobol(mi.Sampler):
      * - width, height
        - |int|
        - Size of the image in pixels: of the film's crop window, with the border that wide filters sample. 0: not known;
-         then every pixel is scrambled by itself. (Default: 0)
+         then every pixel is scrambled by itself. The plug-ins ``plain`` and ``reweighted`` set them. (Default: 0)
      * - order
        - |string|
        - ``morton``: the pixels take their samples from one sequence, in a random Morton order, so that the errors of
@@ -70,11 +70,11 @@ class OwenSobol(mi.Sampler):
 
     Notes
     -----
-    With n samples per pixel and m = ⌈log2 n⌉, sample s of the pixel with Morton code z
-    has the index 2^m π(z) + s in the sequence. π permutes the base-4 digits of z, each by one of 24 permutations that a
-    hash of the digits above it picks (Ahmed and Wonka 2020). Coordinate d of all pixels goes through Owen's nested
-    scrambling with one key, a hash of d and the seed. So each pixel has a scrambled net, and the pixels of an aligned
-    square of 2^k by 2^k have one net of 4^k times as many points together.
+    With n samples per pixel and m = ⌈log2 n⌉, sample s of the pixel with Morton code z has the index 2^m π(z) + s in
+    the sequence. π permutes the base-4 digits of z, each by one of 24 permutations that a hash of the digits above it
+    picks (Ahmed and Wonka 2020). Coordinate d of all pixels goes through Owen's nested scrambling with one key, a hash
+    of d and the seed. So each pixel has a scrambled net, and the pixels of an aligned square of 2^k by 2^k have one net
+    of 4^k times as many points together.
 
     An index has 32 bits. Where the Morton code needs more than are left, the image falls into square blocks that have
     scrambles of their own. Coordinates from number 256 on repeat the first ones with the indices in another order.

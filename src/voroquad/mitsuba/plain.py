@@ -14,6 +14,7 @@ from .blend import Floats
 from .developing import base_channels, channel_names, develop, has_alpha
 from .domains import CameraSample
 from .loading import check_film
+from .owen_sobol import OwenSobol
 from .properties import nested_objects, read_property
 from .rounds import alone
 from .tracing import CameraRays, check_differentiable, colour, tracer_of
@@ -44,6 +45,8 @@ class Plain(ADIntegrator):
     """
 
     plugin_name = "plain"
+    #: The order in which `OwenSobol` goes through the pixels; None: its own
+    pixel_order: str | None = None
 
     def __init__(self, props: mi.Properties) -> None:
         # Not ADIntegrator's own: it would accept max_depth and rr_depth, which belong to the nested one
@@ -67,22 +70,29 @@ class Plain(ADIntegrator):
         spp: int = 0,
         aovs: list[str] | None = None,
         *,
-        rows: int | None = None,
+        number: int | None = None,
     ) -> tuple[mi.Sampler, int]:
-        """Seed the sampler for one wavefront of so many rows (without a number, all), ready the film, keep the seed.
+        """Seed the sampler for one wavefront, of a band or (without its number) of all, ready the film, keep the seed.
 
-        The seed is opaque to the compiler, so that a new one costs no compilation.
+        The seed is opaque to the compiler, so that a new one costs no compilation. That of a band depends on its
+        number, but for `OwenSobol`, which draws for each pixel what it would draw without bands.
         """
         film = sensor.film()
         sampler = self._sampler_of(sensor, spp)
         spp = sampler.sample_count()
         sampler.set_samples_per_wavefront(spp)
         columns, height = Footprint(film).window
-        rays = columns * (height if rows is None else rows) * spp
+        rows = range(height) if number is None else Footprint(film).bands(spp)[number]
+        rays = columns * len(rows) * spp
         if rays > 2**32:
             raise ValueError(f"{rays} samples in one pass are more than 2^32; render in rounds of fewer samples")
-        self._seed = dr.opaque(mi.UInt32, seed) if isinstance(seed, int) else mi.UInt32(seed)
-        sampler.seed(self._seed, rays)
+        of_image = dr.opaque(mi.UInt32, seed) if isinstance(seed, int) else mi.UInt32(seed)
+        self._seed = dr.opaque(mi.UInt32, band_seed(whole(seed), number)) if number else of_image
+        if isinstance(sampler, OwenSobol):
+            sampler.cover(columns, height, rows, order=self.pixel_order)
+            sampler.seed(of_image, rays)
+        else:
+            sampler.seed(self._seed, rays)
         film.prepare(aovs or [])
         return sampler, spp
 
@@ -218,13 +228,13 @@ class Plain(ADIntegrator):
         self.settle(sensor, seed, spp)
         footprint = Footprint(sensor.film())
         band = footprint.bands(spp)[number]
-        means = self.band_means(scene, sensor, band_seed(seed, number), spp, band)
+        means = self.band_means(scene, sensor, seed, spp, number)
         return footprint.strip(means, self.layout(sensor.film()), band)
 
-    def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, band: range) -> Floats:
+    def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, number: int) -> Floats:
         """Means over the rays of each pixel of a band of what they bring, in the columns of `Layout.row`."""
-        sampler, spp = self.prepare(sensor, seed, spp, self.aov_names(), rows=len(band))
-        rays = self.camera_rays(sensor, sampler, band)
+        sampler, spp = self.prepare(sensor, seed, spp, self.aov_names(), number=number)
+        rays = self.camera_rays(sensor, sampler, Footprint(sensor.film()).bands(spp)[number])
         return pixel_means(self.columns(scene, sensor.film(), sampler, rays), rays.index, spp)
 
     def columns(self, scene: mi.Scene, film: mi.Film, sampler: mi.Sampler, rays: CameraRays) -> list[mi.Float]:

@@ -26,7 +26,8 @@ from .bands import Camera, Shot, forgetting
 from .blend import Floats
 from .default_domain import AUTO, settle_domain, tell
 from .errors import one_line_errors
-from .loading import scene_path, use_variant
+from .loading import motion_of, scene_path, use_variant
+from .methods import OWEN_SOBOL
 from .rounds import Rounds, round_seed
 
 DEFAULT_SPP = 64
@@ -217,7 +218,7 @@ def render(
     pool: Pool = ONE_PROCESS,
     show_progress: bool = True,
 ) -> dict[str, Any]:
-    """Render a scene with its own integrator inside ``reweighted`` and write the image.
+    """Render a scene with its own integrator inside ``reweighted`` or ``plain`` and write the image.
 
     Parameters
     ----------
@@ -230,7 +231,8 @@ def render(
         What the sets sample; by default what the scene has, see
         :func:`voroquad.mitsuba.default_domain.choose_domain`.
     sampler, order, debias, weighted, blend, jitter
-        As the properties of the plug-in, :class:`voroquad.mitsuba.integrator.Reweighted`.
+        As the properties of the plug-in, :class:`voroquad.mitsuba.integrator.Reweighted`. `sampler` may be "owensobol"
+        too: then there are no sets, and :class:`voroquad.mitsuba.owen_sobol.OwenSobol` samples everything.
     spp, per_round, seconds, target_error
         How long to render, see :class:`Plan`. Each round takes new sample sets.
     size : (int, int), optional
@@ -256,9 +258,9 @@ def render(
     Returns
     -------
     dict
-        The path written, the size, the rounds and samples per pixel, the mean radiance, the error (`Rounds.error`, None
-        where it cannot be told, as after a single round), the number of pixels that are not finite. Mean and error are
-        over the finite ones.
+        The path written, the size, the domain (None without sets), the rounds and samples per pixel, the mean
+        radiance, the error (`Rounds.error`, None where it cannot be told, as after a single round), the number of
+        pixels that are not finite. Mean and error are over the finite ones.
 
     Raises
     ------
@@ -273,15 +275,20 @@ def render(
         check_writable(file)
     path = scene_path(scene).resolve()
     use_variant(domain, variant)
+    settings: dict[str, Any] = {"domain": domain, "sampler": sampler, "order": order, "debias": debias,
+                                "weighted": weighted, "blend": blend, "jitter": jitter}  # fmt: skip
     shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", {}, sensor, dict(parameters or {}))
-    domain, choice = settle_domain(domain, *shot.stage(), jitter=jitter)
-    settings = {"domain": domain, "sampler": sampler, "order": order, "debias": debias, "weighted": weighted,
-                "blend": blend, "jitter": jitter}  # fmt: skip
-    shot = replace(shot, properties={name: value for name, value in settings.items() if value is not None})
+    if sampler == OWEN_SOBOL.name:
+        check_without_sets(settings, shot.stage()[0])
+        settings["domain"] = None
+        choice, shot = "", replace(shot, kind=OWEN_SOBOL.kind, properties=OWEN_SOBOL.properties | {"jitter": jitter})
+    else:
+        settings["domain"], choice = settle_domain(domain, *shot.stage(), jitter=jitter)
+        shot = replace(shot, properties={name: value for name, value in settings.items() if value is not None})
     loaded, camera_sensor, integrator = shot.loaded()
     integrator.check(loaded, camera_sensor)
     integrator.check_samples(camera_sensor, plan.n)
-    if plan.rounds is not None:
+    if integrator.blend and plan.rounds is not None:
         integrator.check_blend(camera_sensor, plan.rounds)
     pixels = [int(n) for n in camera_sensor.film().crop_size()]
     key = settings | shot.key() | {"size": pixels, "round": plan.n, "seed": seed}
@@ -290,7 +297,22 @@ def render(
         tell(choice, show=show_progress)
         pool.begin(key)
         rounds = _all_rounds(Camera(shot, pool), plan, seed, found, Output(out, key, pool.keeps), show_progress)
-    return _summary(rounds, plan, domain) | {"output": os.fspath(out)}
+    return _summary(rounds, plan, settings["domain"]) | {"output": os.fspath(out)}
+
+
+def check_without_sets(settings: Mapping[str, Any], scene: mi.Scene) -> None:
+    """Raise ValueError for what needs sets of samples: settings that are not left as they are, and moving objects."""
+    defaults = {"domain": AUTO, "order": None, "debias": "auto"}
+    if named := [name for name, default in defaults.items() if settings[name] != default]:
+        raise ValueError(
+            f"sampler={OWEN_SOBOL.name!r} has no sets to apply {', '.join(named)} to; leave that out, "
+            "or name a design of sets, such as 'stratified'"
+        )
+    if motion_of(scene):
+        raise ValueError(
+            f"objects move at the times of sets, and sampler={OWEN_SOBOL.name!r} has none; "
+            "name a design, such as 'stratified'"
+        )
 
 
 @dataclass
@@ -352,7 +374,7 @@ def _all_rounds(
     return rounds
 
 
-def _summary(rounds: Rounds, plan: Plan, domain: str) -> dict[str, Any]:
+def _summary(rounds: Rounds, plan: Plan, domain: str | None) -> dict[str, Any]:
     """What there is to say of an image."""
     height, width = rounds.mean_lambda.shape
     return {

@@ -17,7 +17,8 @@ from .blend import Floats
 from .domains import CameraSample
 from .integrator import HALVES, Reweighted
 from .motion import Track, TransformTrack, key_of_dict, keyframes
-from .plain import Plain
+from .owen_sobol import OwenSobol
+from .plain import Plain, band_seed
 from .recipes import SCENE
 
 #: What a parameter of the scene is at a time
@@ -95,10 +96,11 @@ class ReweightedSlices(Reweighted):
         sampler.set_samples_per_wavefront(1)
         return sampler, spp
 
-    def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, band: range) -> Floats:
+    def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, number: int) -> Floats:
         """Means over the rays of each pixel of a band, slice by slice."""
-        sampler, spp = self.prepare(sensor, seed, spp, self.aov_names(), rows=len(band))
+        sampler, spp = self.prepare(sensor, seed, spp, self.aov_names(), number=number)
         columns, _ = Footprint(sensor.film()).window
+        band, seed = Footprint(sensor.film()).bands(spp)[number], band_seed(seed, number)
         means = np.zeros(0)
         with self._moving(scene) as set_time:
             for y in range(self.interleave):
@@ -130,6 +132,8 @@ class ReweightedSlices(Reweighted):
         index = dr.arange(mi.UInt32, pixels.shape[1])
         rng = np.random.default_rng(key)
         sampler = sampler.clone()
+        if isinstance(sampler, OwenSobol):
+            sampler.cover(0, 0, range(0))  # the wavefront has every other pixel of every other row
         sampler.set_samples_per_wavefront(1)
         sampler.seed(dr.opaque(mi.UInt32, int(rng.integers(2**32))), pixels.shape[1])
 
