@@ -27,6 +27,10 @@ TEXTS = {
     ),
     "no-error": "a single set of points has no standard error; take n_points of at least 8",
     "give-atol": "the integral is 0 within its error, and no rtol alone is met by 0; give atol as well",
+    "vague-denominator": (
+        "the denominator of a ratio is 0 within a few of its errors, so the error of the ratio is not reliable; "
+        "use more points"
+    ),
     "rounding": "the tolerance is smaller than the rounding error, which no number of points reduces; raise it",
     "tolerance": "the tolerance is not met; raise max_evaluations or the tolerance",
 }
@@ -41,8 +45,9 @@ class IntegrationWarning(UserWarning):
     Attributes
     ----------
     kind : str
-        ``"not-finite"``, ``"zero"``, ``"few-samples"``, ``"one-stratum"``, ``"no-error"``, ``"tolerance"`` or
-        ``"rounding"``; advice, which leaves the result reliable, is ``"point-by-point"`` and ``"give-atol"``.
+        ``"not-finite"``, ``"zero"``, ``"few-samples"``, ``"one-stratum"``, ``"no-error"``, ``"tolerance"``,
+        ``"rounding"`` or, of a ratio, ``"vague-denominator"``. Advice, which leaves the result reliable, is
+        ``"point-by-point"`` and ``"give-atol"``.
     details : dict
         The numbers behind it, such as the first point ``"x"`` where func is not finite.
     """

@@ -37,7 +37,8 @@ SURPRISE, FEWEST_STRATA = 0.1, 16
 class Estimate:
     """Mean and standard error of each of the integrand's components, (fields,).
 
-    ``rounding`` is the part of the error that no number of points reduces.
+    ``rounding`` is the part of the error that no number of points reduces. ``deviations`` (fields, m) tell how the
+    errors of components are linked: the correlation of k and l is Σ_m D_km D_lm over the roots of the sums of squares.
     """
 
     mean: Array
@@ -46,6 +47,7 @@ class Estimate:
     n: int
     degrees_of_freedom: float
     warnings: tuple[IntegrationWarning, ...] = ()
+    deviations: Array | None = None
 
     @property
     def resolved(self) -> bool:
@@ -122,7 +124,7 @@ class Estimator:
             return self._across_sets(means, rounding, values)
         surprise = _surprising_stratum(self.integrand, drawn.points[0], values.scaled[0], residuals[0])
         error = error_scale(p, drawn.strata) * np.sqrt(np.square(residuals[0]).sum(axis=-1)) / drawn.n
-        return self._estimate(means[0], error, rounding[0], math.inf, values, surprise)
+        return self._estimate(means[0], error, rounding[0], math.inf, values, surprise, residuals[0])
 
     def _by_replicates(self, n: int) -> Estimate:
         """Any rule of :func:`voroquad.weights` on independent sets; one estimate is split into four.
@@ -173,12 +175,13 @@ class Estimator:
             unknown = np.full(means.shape[1], np.nan)
             return self._estimate(means[0], unknown, rounding[0], 1, values, diagnosis("no-error", points=values.n))
         error = scale * means.std(axis=0, ddof=1) / math.sqrt(sets)
-        return self._estimate(means.mean(axis=0), error, rounding.mean(axis=0), sets - 1, values)
+        mean = means.mean(axis=0)
+        return self._estimate(mean, error, rounding.mean(axis=0), sets - 1, values, deviations=(means - mean).T)
 
     def _zero(self, values: Values) -> Estimate:
         """0 ± 0, whatever the weights are."""
         zero = np.zeros(values.scaled.shape[1])
-        return self._estimate(zero, zero, zero, math.inf, values)
+        return self._estimate(zero, zero, zero, math.inf, values, deviations=zero[:, None])
 
     def _estimate(
         self,
@@ -188,13 +191,14 @@ class Estimator:
         degrees_of_freedom: float,
         values: Values,
         warning: IntegrationWarning | None = None,
+        deviations: Array | None = None,
     ) -> Estimate:
         """With rounding in the error, the units of func, and what the values themselves give reason to warn of."""
         warnings = [] if self.integrand.empty else too_few_samples(values.scaled)
         if warning and not (warning.kind == "one-stratum" and any(w.kind == "few-samples" for w in warnings)):
             warnings.append(warning)
         mean, error, rounding = (np.ldexp(x, values.power) for x in (mean, np.hypot(error, rounding), rounding))
-        return Estimate(mean, error, rounding, values.n, degrees_of_freedom, tuple(warnings))
+        return Estimate(mean, error, rounding, values.n, degrees_of_freedom, tuple(warnings), deviations)
 
 
 def weighted_sums(w: Array, values: Array, epsilon: float = EPSILON) -> tuple[Array, Array]:

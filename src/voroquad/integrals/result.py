@@ -4,17 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
 from scipy import stats
 
 from .._support.numbers import with_uncertainty
-from .diagnostics import ADVICE, IntegrationWarning
+from .components import FEWEST_ERRORS, Components, Linked
+from .diagnostics import ADVICE, IntegrationWarning, diagnosis, issue
 from .estimates import Estimate
 from .evaluation import Function
-from .library import to_numpy
+from .library import Library, to_numpy
 from .structures import mapped
 
 
@@ -58,13 +59,119 @@ class QuadResult:
     n_evaluations: int
     degrees_of_freedom: float = field(default=math.inf, repr=False)
     warnings: tuple[IntegrationWarning, ...] = field(default=(), repr=False)
+    _components: Components | None = field(default=None, repr=False, compare=False)
+    _library: Library = field(default=Library(np.empty(0)), repr=False, compare=False)
 
     @classmethod
     def of(cls, estimate: Estimate, function: Function) -> QuadResult:
         """The result that an estimate of a function's integrals makes, in the structure of the function's values."""
         assert function.form is not None
         integral, error = (function.form.assemble(x, function.library.number) for x in (estimate.mean, estimate.error))
-        return cls(integral, error, estimate.n, estimate.degrees_of_freedom, function.diagnoses.all())
+        components = Components.of(estimate, function.form)
+        warnings = function.diagnoses.all()
+        return cls(integral, error, estimate.n, estimate.degrees_of_freedom, warnings, components, function.library)
+
+    @property
+    def covariance(self) -> Any:
+        r"""Covariance of the estimates of the components, from the samples that they share.
+
+        Of an integral of shape s it has the shape (\*s, \*s), a float for a single one; of a dict or tuple it is a
+        matrix of the components of its arrays, one after the other. For complex ones it is E δ_k conj(δ_l).
+        Its diagonal holds the squares of the standard errors. With few degrees of freedom it is as uncertain as these
+        are, and singular where there are more components.
+        """
+        return self._library.number(self._linked().covariance())
+
+    def ratio(self, i: Any, j: Any) -> QuadResult:
+        """Component i of the integral over component j, with its standard error.
+
+        Parameters
+        ----------
+        i, j : int, tuple, or key
+            Indices of an array, as ``integral[i]``; of a dict or tuple a key or a position, or a tuple of these and of
+            what follows, as ``("moments", 0)``. Arrays are divided as NumPy does.
+
+        Returns
+        -------
+        QuadResult
+
+        Raises
+        ------
+        ValueError
+            There is no such component.
+
+        Warns
+        -----
+        IntegrationWarning
+            The denominator is 0 within four of its standard errors.
+
+        Notes
+        -----
+        The delta method: for q = a/b the error is that of the combination (a − q b)/b, so that what both have in
+        common cancels. The bias of a ratio is about q (Var b / b² − Cov(a, b) / (a b)), of the order of the squared
+        error.
+
+        Examples
+        --------
+        The mean of x for the density that x² e^(−x) is proportional to:
+
+        >>> import numpy as np, voroquad as vq
+        >>> r = vq.quad(lambda x: x[0] ** 2 * np.exp(-x[0]) * np.stack([x[0], 1 + 0 * x[0]]), 0, np.inf, rng=7)
+        >>> q = r.ratio(0, 1)
+        >>> bool(abs(q.integral - 3) < 5 * q.standard_error < 1e-6)
+        True
+        """
+        linked = self._linked()
+        below = linked.part("j", j)
+        ratio = self._made(linked.part("i", i).over(below))
+        if not below.vague:
+            return ratio
+        warning = diagnosis("vague-denominator", within_errors=FEWEST_ERRORS)
+        issue(warning)
+        return replace(ratio, warnings=(*ratio.warnings, warning))
+
+    def linear(self, c: Any) -> QuadResult:
+        """The sum of all components times coefficients c, with its standard error.
+
+        Parameters
+        ----------
+        c : array_like, or dict or tuple of such
+            In the shape or structure of the integral. In front of the shape there may be further axes, one sum for
+            each.
+
+        Returns
+        -------
+        QuadResult
+
+        Raises
+        ------
+        ValueError
+            c has another shape or structure.
+
+        Examples
+        --------
+        The variance of a sum, which is not the sum of the variances:
+
+        >>> import numpy as np, voroquad as vq
+        >>> r = vq.quad(lambda x: np.stack([x[0] > 0.3, x[0] <= 0.3]), 0, 1, n_points=64, rng=7)
+        >>> total = r.linear([1, 1])
+        >>> round(total.integral, 12), bool(total.standard_error < 1e-12 < r.standard_error[0])
+        (1.0, True)
+        """
+        given = mapped(lambda leaf: np.asarray(to_numpy(leaf)), c) if isinstance(c, dict | tuple) else to_numpy(c)
+        return self._made(self._linked().linear(given))
+
+    def _linked(self) -> Components:
+        if self._components is None:
+            raise ValueError(
+                'this result does not tell how the errors of its components are linked; take method="auto"'
+            )
+        return self._components
+
+    def _made(self, linked: Linked) -> QuadResult:
+        """What was made of the components, as a result."""
+        value, error = (self._library.number(x) for x in (linked.value, linked.error))
+        return QuadResult(value, error, self.n_evaluations, self.degrees_of_freedom, self.warnings)
 
     @property
     def success(self) -> bool:
