@@ -1,6 +1,7 @@
 # make demo   the talk's study and a depth-of-field comparison at a small size, then out/index.html
 # make docs   the documentation as a site
 # make test   what CI runs; make test-all adds the slow tests and prints the coverage of lines and branches
+# make wheel  a wheel for this machine, tested as installed
 # make test-oldest   the tests of make test with the lowest versions that pyproject.toml admits
 # Another Python, in an environment of its own: make test PYTHON=python3.13 VENV=.venv-3.13
 # Every target makes what it needs first: .venv, the installed package, libLLVM, Clang for the C++ tests,
@@ -15,7 +16,7 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 CORE := $(shell find include src/bindings -name '*.[ch]pp') CMakeLists.txt
 CPP := $(shell find include src/bindings tests/cpp examples/cpp -name '*.[ch]pp')
 
-.PHONY: install llvm clang chromium demo test test-all test-oldest lint format docs figures clean
+.PHONY: install llvm clang chromium demo test test-all test-oldest wheel lint format docs figures clean
 
 install: $(VENV)/.installed
 
@@ -68,6 +69,10 @@ test-oldest: llvm clang chromium
 	$(UV) --no-build-isolation --no-deps -C build-dir=build/oldest -e .
 	$(UV) -r pyproject.toml --extra dev
 	$(ONE_THREAD) $(OLDEST)/bin/python $(PYTEST) -m 'not slow'
+
+# A wheel for this machine, in build/wheels, tested as installed
+wheel:
+	scripts/build-wheel.sh $(PYTHON)
 
 lint: install
 	$(BIN)/ruff check -q .

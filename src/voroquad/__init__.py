@@ -8,6 +8,7 @@ Each sample is weighted with the piece of the domain it stands for, without bias
 >>> estimate = w @ np.exp(s.points.sum(axis=1))
 """
 
+from ._support.headers import get_cmake_dir, get_include
 from ._support.version import __version__ as __version__
 from .designs.sampling import SampleSet, sample
 from .geometry.cells import Cells, cells
@@ -32,6 +33,8 @@ __all__ = [
     "bias_function",
     "cells",
     "density_compensation",
+    "get_cmake_dir",
+    "get_include",
     "quad",
     "sample",
     "sphere_points",
