@@ -35,7 +35,9 @@ ARGUMENTS = {
 }
 
 ATTRIBUTES = {
-    "Cells": "centroids intervals measures polygons polyhedra",
+    "Cells": "bounds centroids intervals locate measures neighbours periodic points polygon polygon_arrays polygons "
+    "polyhedra polyhedron polyhedron_arrays triangulation",
+    "Neighbours": "rows surfaces",
     "PiecewiseUniform": "d density from_boxes n sample weights",
     "ProductMeasure": "d density transform weights",
     "SampleSet": "d n strata",
@@ -65,7 +67,7 @@ REWEIGHTED = {
 
 SAMPLER = {"sample_count": 4, "width": 2, "height": 2, "order": "none", "generators": "sz", "seed": 1}
 
-HEADERS = "bias boundary_control cells domain local_fit parallel points strata"
+HEADERS = "bias boundary_control cells domain local_fit locate neighbours parallel points strata"
 
 
 def resolve(name: str) -> object:

@@ -16,6 +16,7 @@
 #include <voroquad/detail/cells/cutter.hpp>
 #include <voroquad/detail/cells/cylinder.hpp>
 #include <voroquad/detail/cells/interval.hpp>
+#include <voroquad/detail/cells/wall_cutter.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/domain.hpp>
 #include <voroquad/parallel.hpp>
@@ -47,6 +48,20 @@ void for_each_cell(CellWorkspace<D> &work, const BoundsOf<D> &domain, unsigned t
     // The cells of a chunk know what bounded the ones before: chunks are the same for any threads.
     constexpr std::size_t grain = 128 / detail::PointTree<D>::family_size;
     parallel_for(work.tree.families(), grain, threads, cut_families, pause);
+}
+
+// Calls visit(site, cell, worker) for the part in the domain of the cell of every distinct point.
+template <std::size_t D, class Visit, class Pause = NoPause>
+void for_each_cell_in(CellWorkspace<D> &work, const ConvexDomain<D> &domain, unsigned threads,
+                      Visit &&visit, Pause &&pause = {}) {
+    std::vector<detail::WallCutter<D>> cutters(std::max(1u, threads));
+    for_each_cell(
+        work, domain.bounds, threads,
+        [&](std::size_t site, const auto &cell, unsigned worker) {
+            cutters[worker].cut(domain, work.tree.site(site), cell,
+                                [&](const auto &part) { visit(site, part, worker); });
+        },
+        pause);
 }
 
 namespace detail {
@@ -105,6 +120,33 @@ void cell_measures_of_sets(Set &&set, std::size_t sets, std::size_t n, const Bou
     }
 }
 
+// Areas or volumes of the parts of cells in the domain. Points that coincide share theirs equally.
+template <std::size_t D, class Pause = NoPause>
+void cell_measures_in(const PointView<D> &points, const ConvexDomainOf<D> &domain, double *measures,
+                      unsigned threads = 1, Pause &&pause = {}) {
+    if (points.size() == 0) return;
+    CellWorkspace<D> work;
+    work.tree.build(points);
+    const auto put = [&](std::size_t site, const auto &cell, unsigned) {
+        detail::share(work.tree, site, cell.measure(), measures);
+    };
+    for_each_cell_in(work, domain, threads, put, pause);
+}
+
+// Of each cell the distance from its point to its farthest corner.
+template <std::size_t D, class Pause = NoPause>
+void cell_radii(const PointView<D> &points, const ConvexDomainOf<D> &domain, double *radii,
+                unsigned threads = 1, Pause &&pause = {}) {
+    if (points.size() == 0) return;
+    CellWorkspace<D> work;
+    work.tree.build(points);
+    const auto put = [&](std::size_t site, const auto &cell, unsigned) {
+        for (const std::size_t i : work.tree.points_at(site))
+            radii[i] = std::sqrt(cell.squared_radius());
+    };
+    for_each_cell_in(work, domain, threads, put, pause);
+}
+
 // The cells of a set in the plane as polygons: those of point i are
 // vertices[offsets[i]] … vertices[offsets[i+1] - 1], counter-clockwise, in the
 // coordinates of the points (on periodic axes a cell may reach beyond the box).
@@ -114,7 +156,8 @@ struct Polygons {
 };
 
 template <class Pause = NoPause>
-Polygons cell_polygons(const PointView<2> &points, const Bounds<2> &domain, Pause &&pause = {}) {
+Polygons cell_polygons(const PointView<2> &points, const ConvexDomain<2> &domain,
+                       Pause &&pause = {}) {
     CellWorkspace<2> work;
     work.tree.build(points);
 
@@ -137,7 +180,7 @@ Polygons cell_polygons(const PointView<2> &points, const Bounds<2> &domain, Paus
         while (corners.size() > begin + 1 && corners.back() == corners[begin]) corners.pop_back();
         for (const std::size_t i : work.tree.points_at(s)) polygon[i] = {begin, corners.size()};
     };
-    for_each_cell(work, domain, 1, put, pause);
+    for_each_cell_in(work, domain, 1, put, pause);
 
     // Into the caller's order
     Polygons out;
@@ -175,7 +218,8 @@ struct Polyhedra {
 };
 
 template <class Pause = NoPause>
-Polyhedra cell_polyhedra(const PointView<3> &points, const Bounds<3> &domain, Pause &&pause = {}) {
+Polyhedra cell_polyhedra(const PointView<3> &points, const ConvexDomain<3> &domain,
+                         Pause &&pause = {}) {
     if (points.size() == 0) return {};
     CellWorkspace<3> work;
     work.tree.build(points);
@@ -199,7 +243,7 @@ Polyhedra cell_polyhedra(const PointView<3> &points, const Bounds<3> &domain, Pa
         });
         by_site.faces.push_back(by_site.begin.size() - 1);
     };
-    for_each_cell(work, domain, 1, keep, pause);
+    for_each_cell_in(work, domain, 1, keep, pause);
 
     // Into the caller's order
     Polyhedra out;
@@ -210,8 +254,8 @@ Polyhedra cell_polyhedra(const PointView<3> &points, const Bounds<3> &domain, Pa
 // The centroids of all cells, in the coordinates of the points; on periodic axes they may lie
 // outside the box.
 template <std::size_t D, class Pause = NoPause>
-void cell_centroids(const PointView<D> &points, const BoundsOf<D> &domain, Point<D> *centroids,
-                    unsigned threads = 1, Pause &&pause = {}) {
+void cell_centroids(const PointView<D> &points, const ConvexDomainOf<D> &domain,
+                    Point<D> *centroids, unsigned threads = 1, Pause &&pause = {}) {
     if (points.size() == 0) return;
     CellWorkspace<D> work;
     work.tree.build(points);
@@ -221,7 +265,7 @@ void cell_centroids(const PointView<D> &points, const BoundsOf<D> &domain, Point
         for (std::size_t a = 0; a < D; ++a) c[a] += origin[a];
         for (const std::size_t i : work.tree.points_at(site)) centroids[i] = domain.clamped(c);
     };
-    for_each_cell(work, domain, threads, place, pause);
+    for_each_cell_in(work, domain, threads, place, pause);
 }
 
 // Areas or volumes of what the disc or ball that touches the sides of the unit box holds of the

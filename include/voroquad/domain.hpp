@@ -5,6 +5,8 @@
 #include <array>
 #include <cmath>
 #include <type_traits>
+#include <utility>
+#include <vector>
 
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/points.hpp>
@@ -47,5 +49,32 @@ struct Bounds {
 // In parameters, so that Domain::box and Domain::torus can be passed for it
 template <std::size_t D>
 using BoundsOf = std::type_identity_t<Bounds<D>>;
+
+// A half-space: all places v with normal·v ≤ offset.
+template <std::size_t D>
+struct Wall {
+    Point<D> normal;
+    double offset;
+};
+
+// What walls leave of a box. Distances do not depend on the domain: the cell in the domain is what
+// its walls leave of the cell in the box.
+//
+// Preconditions: those of Bounds; points lie inside of all walls but for rounding.
+template <std::size_t D>
+struct ConvexDomain {
+    Bounds<D> bounds;
+    std::vector<Wall<D>> walls; // none: the domain is the box
+
+    ConvexDomain(Bounds<D> box, std::vector<Wall<D>> half_spaces = {})
+        : bounds(box), walls(std::move(half_spaces)) {}
+    ConvexDomain(Domain unit) : bounds(unit) {}
+
+    Point<D> clamped(const Point<D> &p) const { return bounds.clamped(p); }
+};
+
+// In parameters, so that Domain::box, Domain::torus and Bounds can be passed for it
+template <std::size_t D>
+using ConvexDomainOf = std::type_identity_t<ConvexDomain<D>>;
 
 } // namespace VOROQUAD

@@ -6,6 +6,8 @@
 
 #include <voroquad/cells.hpp>
 #include <voroquad/detail/memory.hpp>
+#include <voroquad/locate.hpp>
+#include <voroquad/neighbours.hpp>
 
 using namespace voroquad;
 
@@ -14,6 +16,8 @@ namespace {
 // Ends (d, 2) of the box's sides, and for each axis whether it is periodic (d,)
 using Sides = nb::ndarray<const double, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
 using Axes = nb::ndarray<const bool, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+// Half-spaces (m, d + 1): normals, and offsets in the last column
+using Walls = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
 template <std::size_t D>
 Bounds<D> bounds_of(const Sides &sides, const Axes &periodic) {
@@ -26,24 +30,46 @@ Bounds<D> bounds_of(const Sides &sides, const Axes &periodic) {
     return bounds;
 }
 
+// A box and half-spaces as Python hands them over
+struct Region {
+    Sides sides;
+    Axes periodic;
+    Walls walls;
+};
+
 template <std::size_t D>
-void fill_measures(const StridedSets &points, const Sides &sides, const Axes &periodic, double *out,
-                   unsigned threads) {
-    const Bounds<D> domain = bounds_of<D>(sides, periodic);
-    const auto set = [&](std::size_t s) {
-        return PointView<D>(points.data() + static_cast<std::ptrdiff_t>(s) * points.stride(0),
-                            points.shape(1), points.stride(1), points.stride(2));
-    };
-    nb::gil_scoped_release release;
-    cell_measures_of_sets<D>(set, points.shape(0), points.shape(1), domain, out, threads,
-                             CheckSignals());
+ConvexDomain<D> domain_of(const Region &region) {
+    std::vector<Wall<D>> walls(region.walls.shape(0));
+    for (std::size_t w = 0; w < walls.size(); ++w) {
+        const double *row = region.walls.data() + w * (D + 1);
+        std::copy_n(row, D, walls[w].normal.begin());
+        walls[w].offset = row[D];
+    }
+    return {bounds_of<D>(region.sides, region.periodic), std::move(walls)};
 }
 
-Array<double> measures(StridedSets points, Sides sides, Axes periodic, unsigned threads) {
+template <std::size_t D>
+void fill_measures(const StridedSets &points, const Region &region, double *out, unsigned threads) {
+    const ConvexDomain<D> domain = domain_of<D>(region);
+    const std::size_t sets = points.shape(0), n = points.shape(1);
+    const auto set = [&](std::size_t s) {
+        return PointView<D>(points.data() + static_cast<std::ptrdiff_t>(s) * points.stride(0), n,
+                            points.stride(1), points.stride(2));
+    };
+    nb::gil_scoped_release release;
+    if (domain.walls.empty())
+        return cell_measures_of_sets<D>(set, sets, n, domain.bounds, out, threads, CheckSignals());
+    if constexpr (D > 1)
+        for (std::size_t s = 0; s < sets; ++s)
+            cell_measures_in<D>(set(s), domain, out + s * n, threads, CheckSignals());
+}
+
+Array<double> measures(StridedSets points, Sides sides, Axes periodic, Walls walls,
+                       unsigned threads) {
     const std::size_t sets = points.shape(0), n = points.shape(1), d = points.shape(2);
     detail::LargeArray<double> out(sets * n);
     const auto fill = d == 1 ? fill_measures<1> : d == 2 ? fill_measures<2> : fill_measures<3>;
-    fill(points, sides, periodic, out.data(), threads);
+    fill(points, {sides, periodic, walls}, out.data(), threads);
     return own(std::move(out), {sets, n});
 }
 
@@ -86,9 +112,8 @@ Array<double> measures_in_cylinder(StridedSets points, Sides sides, Axes periodi
 }
 
 template <std::size_t D>
-Array<double> centroids_of(const StridedSets &points, const Sides &sides, const Axes &periodic,
-                           unsigned threads) {
-    const Bounds<D> domain = bounds_of<D>(sides, periodic);
+Array<double> centroids_of(const StridedSets &points, const Region &region, unsigned threads) {
+    const ConvexDomain<D> domain = domain_of<D>(region);
     std::vector<Point<D>> out(points.shape(1));
     {
         nb::gil_scoped_release release;
@@ -97,9 +122,27 @@ Array<double> centroids_of(const StridedSets &points, const Sides &sides, const 
     return flat<D>(out);
 }
 
-Array<double> centroids(StridedSets points, Sides sides, Axes periodic, unsigned threads) {
+Array<double> centroids(StridedSets points, Sides sides, Axes periodic, Walls walls,
+                        unsigned threads) {
     const auto of = points.shape(2) == 2 ? centroids_of<2> : centroids_of<3>;
-    return of(points, sides, periodic, threads);
+    return of(points, {sides, periodic, walls}, threads);
+}
+
+template <std::size_t D>
+Array<double> radii_of(const StridedSets &points, const Region &region, unsigned threads) {
+    const ConvexDomain<D> domain = domain_of<D>(region);
+    std::vector<double> out(points.shape(1));
+    {
+        nb::gil_scoped_release release;
+        cell_radii<D>(one_set<D>(points), domain, out.data(), threads, CheckSignals());
+    }
+    const std::size_t n = out.size();
+    return own(std::move(out), {n});
+}
+
+Array<double> radii(StridedSets points, Sides sides, Axes periodic, Walls walls, unsigned threads) {
+    const auto of = points.shape(2) == 2 ? radii_of<2> : radii_of<3>;
+    return of(points, {sides, periodic, walls}, threads);
 }
 
 Array<double> intervals(Sets points, Sides sides, Axes periodic) {
@@ -116,19 +159,20 @@ Array<double> intervals(Sets points, Sides sides, Axes periodic) {
     return own(std::move(out), {n, 2});
 }
 
-std::pair<Array<double>, Array<std::size_t>> polygons(Sets points, Sides sides, Axes periodic) {
-    const Bounds<2> domain = bounds_of<2>(sides, periodic);
+std::pair<Array<double>, Array<std::size_t>> polygons(StridedSets points, Sides sides,
+                                                      Axes periodic, Walls walls) {
+    const ConvexDomain<2> domain = domain_of<2>({sides, periodic, walls});
     Polygons cells = [&] {
         nb::gil_scoped_release release;
-        return cell_polygons({points.data(), points.shape(1)}, domain, CheckSignals());
+        return cell_polygons(one_set<2>(points), domain, CheckSignals());
     }();
     const std::size_t offsets = cells.offsets.size();
     return {flat<2>(cells.vertices), own(std::move(cells.offsets), {offsets})};
 }
 
 std::tuple<Array<double>, Array<std::size_t>, Array<std::size_t>>
-polyhedra(StridedSets points, Sides sides, Axes periodic) {
-    const Bounds<3> domain = bounds_of<3>(sides, periodic);
+polyhedra(StridedSets points, Sides sides, Axes periodic, Walls walls) {
+    const ConvexDomain<3> domain = domain_of<3>({sides, periodic, walls});
     Polyhedra cells = [&] {
         nb::gil_scoped_release release;
         return cell_polyhedra(one_set<3>(points), domain, CheckSignals());
@@ -138,20 +182,74 @@ polyhedra(StridedSets points, Sides sides, Axes periodic) {
             own(std::move(cells.faces), {n})};
 }
 
+using NeighbourRows = std::tuple<Array<std::int64_t>, Array<std::int64_t>, Array<double>,
+                                 Array<double>, Array<std::int8_t>, Array<double>>;
+
+template <std::size_t D>
+NeighbourRows neighbours_of(const StridedSets &points, const Region &region, unsigned threads) {
+    const ConvexDomain<D> domain = domain_of<D>(region);
+    Neighbours<D> rows = [&] {
+        nb::gil_scoped_release release;
+        return cell_neighbours<D>(one_set<D>(points), domain, threads, CheckSignals());
+    }();
+    const std::size_t n = rows.border.size(), m = rows.indices.size();
+    std::vector<std::int8_t> periods;
+    periods.reserve(D * m);
+    for (const auto &p : rows.periods) periods.insert(periods.end(), p.begin(), p.end());
+    const auto signed_ = [](const std::vector<std::size_t> &values) {
+        return std::vector<std::int64_t>(values.begin(), values.end());
+    };
+    return {own(signed_(rows.offsets), {n + 1}), own(signed_(rows.indices), {m}),
+            own(std::move(rows.measures), {m}),  own(std::move(rows.distances), {m}),
+            own(std::move(periods), {m, D}),     own(std::move(rows.border), {n})};
+}
+
+NeighbourRows neighbours(StridedSets points, Sides sides, Axes periodic, Walls walls,
+                         unsigned threads) {
+    const std::size_t d = points.shape(2);
+    const auto of = d == 1 ? neighbours_of<1> : d == 2 ? neighbours_of<2> : neighbours_of<3>;
+    return of(points, {sides, periodic, walls}, threads);
+}
+
+template <std::size_t D>
+void fill_nearest(const StridedSets &points, const StridedSets &places, const Sides &sides,
+                  const Axes &periodic, std::vector<std::size_t> &out, unsigned threads) {
+    const Bounds<D> domain = bounds_of<D>(sides, periodic);
+    nb::gil_scoped_release release;
+    nearest_points<D>(one_set<D>(points), domain, one_set<D>(places), out.data(), threads,
+                      CheckSignals());
+}
+
+Array<std::size_t> nearest(StridedSets points, StridedSets places, Sides sides, Axes periodic,
+                           unsigned threads) {
+    const std::size_t d = points.shape(2), n = places.shape(1);
+    std::vector<std::size_t> out(n);
+    const auto fill = d == 1 ? fill_nearest<1> : d == 2 ? fill_nearest<2> : fill_nearest<3>;
+    fill(points, places, sides, periodic, out, threads);
+    return own(std::move(out), {n});
+}
+
 } // namespace
 
 void bind_cells(nb::module_ &m) {
-    m.def("measures", &measures, "points"_a, "sides"_a, "periodic"_a, "threads"_a,
+    m.def("measures", &measures, "points"_a, "sides"_a, "periodic"_a, "walls"_a, "threads"_a,
           "Cell measures (sets, n) of points (sets, n, d), d = 1, 2 or 3.");
     m.def("intervals", &intervals, "points"_a, "sides"_a, "periodic"_a,
           "Ends (n, 2) of the cells of points (1, n, 1).");
-    m.def("polygons", &polygons, "points"_a, "sides"_a, "periodic"_a,
+    m.def("polygons", &polygons, "points"_a, "sides"_a, "periodic"_a, "walls"_a,
           "Vertices (v, 2) and offsets (n + 1,) of the cells of points (1, n, 2).");
-    m.def("polyhedra", &polyhedra, "points"_a, "sides"_a, "periodic"_a,
+    m.def("polyhedra", &polyhedra, "points"_a, "sides"_a, "periodic"_a, "walls"_a,
           "Corners (c, 3), where each face's begin (f + 1,), and where each cell's faces begin "
           "(n + 1,), of the cells of points (1, n, 3).");
-    m.def("centroids", &centroids, "points"_a, "sides"_a, "periodic"_a, "threads"_a,
+    m.def("centroids", &centroids, "points"_a, "sides"_a, "periodic"_a, "walls"_a, "threads"_a,
           "Centroids (n, d) of the cells of points (1, n, d), d = 2 or 3.");
+    m.def("radii", &radii, "points"_a, "sides"_a, "periodic"_a, "walls"_a, "threads"_a,
+          "Distances (n,) to the farthest corners of the cells of points (1, n, d), d = 2 or 3.");
+    m.def("neighbours", &neighbours, "points"_a, "sides"_a, "periodic"_a, "walls"_a, "threads"_a,
+          "Rows (n + 1,), neighbours (m,), measures (m,) and distances (m,) of shared faces, "
+          "periods (m, d), and what lies on the border (n,), of the cells of points (1, n, d).");
+    m.def("nearest", &nearest, "points"_a, "places"_a, "sides"_a, "periodic"_a, "threads"_a,
+          "Indices (m,) of the points (1, n, d) that are nearest to places (1, m, d).");
     m.def("measures_in_ball", &measures_in_ball, "points"_a, "threads"_a,
           "Measures (n,) of the cells of points (1, n, d), d = 2 or 3, in the ball that touches "
           "the sides of the unit box.");

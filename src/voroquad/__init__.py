@@ -13,7 +13,10 @@ from ._support.version import __version__ as __version__
 from .designs.sampling import SampleSet, sample
 from .geometry.cells import Cells, cells
 from .geometry.density_compensation import density_compensation
+from .geometry.neighbours import Neighbours
+from .geometry.shapes import Polygons, Polyhedra
 from .geometry.sphere import sphere_points, sphere_weights
+from .geometry.triangulation import Triangulation
 from .integrals.diagnostics import IntegrationWarning
 from .integrals.measures import PiecewiseUniform, ProductMeasure
 from .integrals.quad import quad
@@ -25,11 +28,15 @@ from .sample_tables import SampleTable
 __all__ = [
     "Cells",
     "IntegrationWarning",
+    "Neighbours",
     "PiecewiseUniform",
+    "Polygons",
+    "Polyhedra",
     "ProductMeasure",
     "QuadResult",
     "SampleSet",
     "SampleTable",
+    "Triangulation",
     "bias_function",
     "cells",
     "density_compensation",

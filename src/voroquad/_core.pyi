@@ -4,20 +4,56 @@ import numpy as np
 from numpy.typing import NDArray
 
 def measures(
-    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_], threads: int
+    points: NDArray[np.float64],
+    sides: NDArray[np.float64],
+    periodic: NDArray[np.bool_],
+    walls: NDArray[np.float64],
+    threads: int,
 ) -> NDArray[np.float64]: ...
 def intervals(
     points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_]
 ) -> NDArray[np.float64]: ...
 def polygons(
-    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_]
+    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_], walls: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.uint64]]: ...
 def polyhedra(
-    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_]
+    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_], walls: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.uint64], NDArray[np.uint64]]: ...
 def centroids(
-    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_], threads: int
+    points: NDArray[np.float64],
+    sides: NDArray[np.float64],
+    periodic: NDArray[np.bool_],
+    walls: NDArray[np.float64],
+    threads: int,
 ) -> NDArray[np.float64]: ...
+def radii(
+    points: NDArray[np.float64],
+    sides: NDArray[np.float64],
+    periodic: NDArray[np.bool_],
+    walls: NDArray[np.float64],
+    threads: int,
+) -> NDArray[np.float64]: ...
+def neighbours(
+    points: NDArray[np.float64],
+    sides: NDArray[np.float64],
+    periodic: NDArray[np.bool_],
+    walls: NDArray[np.float64],
+    threads: int,
+) -> tuple[
+    NDArray[np.int64],
+    NDArray[np.int64],
+    NDArray[np.float64],
+    NDArray[np.float64],
+    NDArray[np.int8],
+    NDArray[np.float64],
+]: ...
+def nearest(
+    points: NDArray[np.float64],
+    places: NDArray[np.float64],
+    sides: NDArray[np.float64],
+    periodic: NDArray[np.bool_],
+    threads: int,
+) -> NDArray[np.uint64]: ...
 def measures_in_cylinder(
     points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_], radius: float, threads: int
 ) -> NDArray[np.float64]: ...

@@ -1,6 +1,7 @@
 // What must hold for any finite points of the box: measures are finite, non-negative and sum
 // to 1, in one, two and three dimensions, on the box and on the torus; so do those in the ball,
-// and centroids lie in the box, whose own is their mean. The bytes of an input are the dimension,
+// and centroids lie in the box, whose own is their mean; and cells share the
+// sides of the box. The bytes of an input are the dimension,
 // the domain and what to check, then coordinates. Build with -fsanitize=fuzzer and
 // VOROQUAD_LIBFUZZER defined for libFuzzer, or without: then main() runs the files named on the
 // command line, or random inputs. corpus/ is what libFuzzer kept (docs/cells.md).
@@ -16,6 +17,7 @@
 #include <vector>
 
 #include <voroquad/cells.hpp>
+#include <voroquad/neighbours.hpp>
 
 namespace {
 
@@ -68,6 +70,14 @@ void check_shapes(const voroquad::PointView<D> &points, voroquad::Domain domain)
     if constexpr (D == 2) cells = voroquad::cell_polygons(points, domain).offsets.size();
     else cells = voroquad::cell_polyhedra(points, domain).faces.size();
     require(cells == n + 1, "cells with a shape", D, n, static_cast<double>(cells));
+
+    const auto near = voroquad::cell_neighbours<D>(points, domain);
+    double border = domain == voroquad::Domain::box ? -2.0 * D : 0.0;
+    for (const double b : near.border) border += b;
+    require(std::abs(border) <= 1e-11, "border too much", D, n, border);
+    for (std::size_t e = 0; e < near.indices.size(); ++e)
+        require(near.indices[e] < n && near.measures[e] > 0.0 && near.distances[e] > 0.0,
+                "a neighbour", D, n, near.measures[e]);
 }
 
 template <std::size_t D>

@@ -63,6 +63,11 @@ class Bounds:
         """The sides (d, 2) as the core takes them, and for each axis whether it is periodic (d,)."""
         return self._core_sides, self.periodic
 
+    @property
+    def region(self) -> tuple[Floats, NDArray[np.bool_], Floats]:
+        """What is `in_core`, and no walls (0, d + 1)."""
+        return *self.in_core, np.empty((0, self.d + 1))
+
     def length_in_core(self, length: float) -> float:
         """A length in the unit of the core's coordinates."""
         return math.ldexp(length, -self._exponent)
@@ -95,9 +100,15 @@ class Bounds:
         """Points (..., d) of the core in the box's own coordinates."""
         return np.ldexp(points, self._exponent) + self._offset
 
-    def measures_from_core(self, measures: Floats) -> Floats:
-        """Lengths, areas or volumes that the core gave, in the box's own unit."""
-        return np.ldexp(measures, self._exponent * self.d) if self._exponent else measures
+    def measures_from_core(self, measures: Floats, d: int | None = None) -> Floats:
+        """Lengths, areas or volumes that the core gave, in the box's own unit; those of `d` dimensions if given."""
+        power = self.d if d is None else d
+        return np.ldexp(measures, self._exponent * power) if self._exponent else measures
+
+    def depth(self, places: Floats) -> Floats:
+        """Distance (...,) of places (..., d) from the border; negative outside, infinite on a torus."""
+        low, high = self.sides.T
+        return np.where(self.periodic, np.inf, np.minimum(places - low, high - places)).min(axis=-1)
 
     def _scaled(self, points: Floats) -> Floats:
         if self._offset.any():

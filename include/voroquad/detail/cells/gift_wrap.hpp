@@ -25,17 +25,25 @@ namespace VOROQUAD::detail {
 // A finished cell in one lane: vertices counter-clockwise, in coordinates relative to the site.
 class WrappedCell {
 public:
-    WrappedCell(const double *x, const double *y, std::size_t size, double measure,
+    using Column = std::array<const double *, 2>;
+    WrappedCell(Column vertex, Column corner, std::size_t size, double measure,
                 double squared_radius)
-        : x_(x), y_(y), size_(size), measure_(measure), squared_radius_(squared_radius) {}
+        : vertex_(vertex), corner_(corner), size_(size), measure_(measure),
+          squared_radius_(squared_radius) {}
 
     std::size_t size() const { return size_; }
-    Point<2> vertex(std::size_t i) const { return {x_[i * width], y_[i * width]}; }
+    Point<2> vertex(std::size_t i) const { return {vertex_[0][i * width], vertex_[1][i * width]}; }
+    // The point across the edge from vertex i to the next: the inverse of its hull corner
+    Point<2> across(std::size_t i) const {
+        const Point<2> p{corner_[0][i * width], corner_[1][i * width]};
+        const double p2 = dot<2>(p, p);
+        return {p[0] / p2, p[1] / p2};
+    }
     double measure() const { return measure_; }
     double squared_radius() const { return squared_radius_; }
 
 private:
-    const double *x_, *y_;
+    Column vertex_, corner_;
     std::size_t size_;
     double measure_, squared_radius_;
 };
@@ -99,6 +107,8 @@ public:
             const Vector half = 0.5 / cross, vx = half * dy, vy = -half * dx;
             store(&vertex_[0][k * width], vx);
             store(&vertex_[1][k * width], vy);
+            store(&corner_[0][k * width], to_x);
+            store(&corner_[1][k * width], to_y);
             const Vector r2 = vx * vx + vy * vy;
             radius2_ = (walking & (r2 > radius2_)) ? r2 : radius2_;
             size_ = walking ? size_ + 1.0 : size_;
@@ -121,8 +131,11 @@ public:
     // there a cell.
     bool sound(std::size_t i) const { return sound_[i] != 0.0; }
     WrappedCell cell(std::size_t i) const {
-        return {&vertex_[0][i], &vertex_[1][i], static_cast<std::size_t>(size_[i]),
-                larger(0.0, 0.5 * twice_area_[i]), radius2_[i]};
+        return {{&vertex_[0][i], &vertex_[1][i]},
+                {&corner_[0][i], &corner_[1][i]},
+                static_cast<std::size_t>(size_[i]),
+                larger(0.0, 0.5 * twice_area_[i]),
+                radius2_[i]};
     }
 
 private:
@@ -216,7 +229,8 @@ private:
     std::size_t room_ = 0, size_of_hull_ = 0;
     Vector longest2_, apart_;
     std::array<Vector, 2> start_;
-    alignas(64) std::array<std::array<double, most_vertices * width>, 2> vertex_;
+    // Of step k and lane i: [k * width + i]; the edge after vertex k is dual to corner k.
+    alignas(64) std::array<std::array<double, most_vertices * width>, 2> vertex_, corner_;
     Vector twice_area_, radius2_, size_, sound_;
 };
 

@@ -32,6 +32,7 @@ public:
         size_ = 8;
         free_places_ = free_.size() - 8;
         images_.assign(6, {});
+        walls_.clear();
         for (std::size_t a = 0; a < 3; ++a) {
             images_[2 * a][a] = 2.0 * box.lo[a];
             images_[2 * a + 1][a] = 2.0 * box.hi[a];
@@ -54,23 +55,16 @@ public:
     }
 
     // Keeps what is nearer to the origin than to `q`.
-    void clip(const Point<3> &q) {
-        const auto half_space = HalfSpace<3>::nearer_than(q);
-        if (!evaluate(half_space)) return;
-        if (is_frayed() && !cuts_more_than_rounding(half_space)) return;
-        find_crossings();
-        images_.push_back(q);
-        if (across_.size() < images_.size()) across_.resize(2 * images_.size());
-        // The next crossing clockwise around a hole is across the face to the right
-        const std::uint64_t first = crossed_;
-        if (cross()) {
-            close([&](const Crossing &c) { return across_[c.right] - first; });
-        } else {
-            walk_around_holes();
-            close([](const Crossing &c) { return c.next; });
-        }
-        squared_radius_ = largest(r2_.data(), padded(size_));
+    void clip(const Point<3> &q) { clip(HalfSpace<3>::nearer_than(q), q); }
+    // Keeps what is in a wall's half-space, which holds the origin; q is the origin's mirror image.
+    void clip_at_wall(const HalfSpace<3> &wall, const Point<3> &q) {
+        const std::size_t faces = images_.size();
+        clip(wall, q);
+        if (images_.size() > faces) walls_.push_back({place(faces), wall.normal});
     }
+
+    // Becomes another polyhedron.
+    void assign(const ConvexPolyhedron &other) { *this = other; }
 
     // Each face is split into triangles between its edges and the foot of the perpendicular
     // from the site, halfway to its mirror image; a sixth of their determinants are signed volumes
@@ -105,6 +99,13 @@ public:
     // than three faces meet, corners coincide.
     template <class Visit>
     void for_each_face(Visit &&visit) const {
+        for_each_numbered_face([&](const std::vector<Point<3>> &corners, std::uint32_t face) {
+            visit(corners, normal(face));
+        });
+    }
+    // Calls visit(corners, face) with the number of each face instead.
+    template <class Visit>
+    void for_each_numbered_face(Visit &&visit) const {
         std::vector<char> walked(4 * size_, 0);
         for (std::size_t i = 0; i < free_places_; ++i)
             if (free_[i] < size_) std::fill_n(walked.begin() + 4 * free_[i], 4, 1);
@@ -117,25 +118,53 @@ public:
                 const std::uint32_t v = edge >> 2;
                 corners.push_back({xyz_[0][v], xyz_[1][v], xyz_[2][v]});
             }
-            visit(static_cast<const std::vector<Point<3>> &>(corners), normal(face_[first]));
+            visit(static_cast<const std::vector<Point<3>> &>(corners), face_[first]);
         }
     }
 
-private:
-    // Half-edge 4v + k, k = 0, 1, 2, leaves vertex v; the three of a vertex are numbered
-    // clockwise from outside.
-    static std::uint32_t turn(std::uint32_t edge) { return (edge & 3) == 2 ? edge - 2 : edge + 1; }
-    bool stays(std::uint32_t v) const { return inside_[v] >= 0.0; }
+    // The point across a face; across a side of the domain the mirror image of the site
+    const Point<3> &across(std::uint32_t face) const { return images_[face]; }
 
-    // Away from the site, which may lie on a side of the domain
+    // Outwards and of length 1, also where the site lies on a side of the domain
     Point<3> normal(std::uint32_t face) const {
         Point<3> direction{};
+        const auto wall = std::find_if(walls_.begin(), walls_.end(),
+                                       [&](const Wall &w) { return w.face == face; });
         if (face < 6) direction[face / 2] = face % 2 ? 1.0 : -1.0;
+        else if (wall != walls_.end()) direction = wall->normal;
         else direction = HalfSpace<3>::nearer_than(images_[face]).normal;
         const double length = std::sqrt(dot<3>(direction, direction));
         for (double &c : direction) c /= length;
         return direction;
     }
+
+private:
+    struct Wall {
+        std::uint32_t face;
+        Point<3> normal;
+    };
+
+    void clip(const HalfSpace<3> &half_space, const Point<3> &q) {
+        if (!evaluate(half_space)) return;
+        if (is_frayed() && !cuts_more_than_rounding(half_space)) return;
+        find_crossings();
+        images_.push_back(q);
+        if (across_.size() < images_.size()) across_.resize(2 * images_.size());
+        // The next crossing clockwise around a hole is across the face to the right
+        const std::uint64_t first = crossed_;
+        if (cross()) {
+            close([&](const Crossing &c) { return across_[c.right] - first; });
+        } else {
+            walk_around_holes();
+            close([](const Crossing &c) { return c.next; });
+        }
+        squared_radius_ = largest(r2_.data(), padded(size_));
+    }
+
+    // Half-edge 4v + k, k = 0, 1, 2, leaves vertex v; the three of a vertex are numbered
+    // clockwise from outside.
+    static std::uint32_t turn(std::uint32_t edge) { return (edge & 3) == 2 ? edge - 2 : edge + 1; }
+    bool stays(std::uint32_t v) const { return inside_[v] >= 0.0; }
 
     // Twelve times the signed volume of the tetrahedra at an edge
     double twelve_volumes(std::uint32_t edge) const {
@@ -313,6 +342,7 @@ private:
     std::vector<std::uint32_t> twin_;   // of each half-edge the opposite one
     std::vector<std::uint32_t> face_;   // and the face on its left
     std::vector<Point<3>> images_;      // of the site in each face
+    std::vector<Wall> walls_;           // faces on walls, which an image on them does not tell
     std::vector<std::uint64_t> across_; // of each face the last crossing that had it to the left
     std::uint64_t crossed_ = 1;         // crossings so far, of all cells: numbers the next
     std::vector<std::uint32_t> free_;   // places without a vertex: the first `free_places_`

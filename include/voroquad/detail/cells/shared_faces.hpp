@@ -1,0 +1,273 @@
+// voroquad/detail/cells/shared_faces.hpp: the faces between cells, each once.
+//
+// Each face of a cell lies halfway to a point, which is looked up in the tree. Where more than
+// d + 1 points are equally far from a corner, rounding may give cells that touch there a face of
+// its own size, and give it to one of the two only. And from afar the points of a cluster look like
+// one: a cell may give one of them the face that belongs to several. So of the two cells the one
+// whose nearest neighbour is nearer tells how large a face is, and it counts where it is more than
+// a rounding of both surfaces. Both cells then list the same face.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <limits>
+#include <optional>
+#include <utility>
+#include <vector>
+
+#include <voroquad/detail/cells/interval.hpp>
+#include <voroquad/detail/cells/polyhedron.hpp>
+#include <voroquad/detail/cells/turn.hpp>
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/points/algebra.hpp>
+#include <voroquad/detail/points/tree.hpp>
+#include <voroquad/domain.hpp>
+#include <voroquad/points.hpp>
+
+namespace VOROQUAD::detail {
+
+// So many periods along each axis: -1, 0 or 1
+template <std::size_t D>
+using Periods = std::array<std::int8_t, D>;
+
+// Two cells that share a face: that of `from`, and of the image of `to` so many periods away
+template <std::size_t D>
+struct Contact {
+    std::size_t from, to;
+    Periods<D> periods;
+    double measure, distance;
+
+    Contact opposite() const {
+        Contact other{to, from, periods, measure, distance};
+        for (auto &count : other.periods) count = static_cast<std::int8_t>(-count);
+        return other;
+    }
+};
+
+// The faces of all cells: those that two share, each once, and of each cell what lies on sides of
+// the domain.
+template <std::size_t D>
+struct FacesOf {
+    std::vector<Contact<D>> shared;
+    std::vector<double> border;
+};
+
+// Finds the site, or the image of one, that appears at a place to another site.
+template <std::size_t D>
+class SiteFinder {
+public:
+    SiteFinder(const PointTree<D> &tree, const Bounds<D> &domain) : tree_(tree), domain_(domain) {}
+
+    struct Found {
+        std::size_t site;
+        Periods<D> periods;
+        double distance;
+    };
+    // None where `q`, as a site sees it, is the mirror image of the site in a side of the domain
+    std::optional<Found> find(const Point<D> &site, const Point<D> &q) const {
+        const double size = largest_of(q);
+        if (size == 0.0) return {};
+        std::optional<Found> found;
+        double best = same * size;
+        std::array<std::int8_t, D> low{}, high{};
+        Point<D> error;
+        for (std::size_t a = 0; a < D; ++a) {
+            const double place = site[a] + q[a];
+            error[a] = 0x1p-52 * std::abs(place) + same * size;
+            if (!domain_.periodic[a]) continue;
+            const auto &[lo, hi] = domain_.box;
+            low[a] = place - error[a] < lo[a] ? -1 : place - error[a] < hi[a] ? 0 : 1;
+            high[a] = place + error[a] >= hi[a] ? 1 : place + error[a] >= lo[a] ? 0 : -1;
+        }
+        for (Periods<D> count = low;;) {
+            look(site, q, error, count, best, found);
+            std::size_t a = 0;
+            for (; a < D && count[a] == high[a]; ++a) count[a] = low[a];
+            if (a == D) return found;
+            ++count[a];
+        }
+    }
+
+private:
+    // Relative to a way, what two sites may differ in and be taken for one: inverting a point twice
+    // costs less
+    static constexpr double same = 1e-14;
+
+    static double largest_of(const Point<D> &q) {
+        double size = 0.0;
+        for (const double c : q) size = std::max(size, std::abs(c));
+        return size;
+    }
+
+    // Among the images of sites that many periods away
+    void look(const Point<D> &site, const Point<D> &q, const Point<D> &error,
+              const Periods<D> &count, double &best, std::optional<Found> &found) const {
+        std::array<Turn, D> along;
+        Box<D> at;
+        for (std::size_t a = 0; a < D; ++a) {
+            along[a] = turn_of(domain_, a, count[a]);
+            const double place = along[a].home(site[a] + q[a]);
+            const double slack = error[a] + along[a].rounding();
+            at.lo[a] = place - slack;
+            at.hi[a] = place + slack;
+        }
+        tree_.within(at, std::numeric_limits<double>::min(), [&](std::size_t leaf) {
+            for (std::size_t s = tree_.leaf_begin(leaf); s < tree_.leaf_begin(leaf + 1); ++s) {
+                const Point<D> other = tree_.site(s);
+                Point<D> way, off;
+                for (std::size_t a = 0; a < D; ++a) {
+                    way[a] = along[a].way(other[a], site[a]);
+                    off[a] = way[a] - q[a];
+                }
+                const double miss = largest_of(off);
+                if (miss > best || (found && miss == best)) continue;
+                best = miss;
+                found = Found{s, count, length(way)};
+            }
+        });
+    }
+
+    static double length(const Point<D> &p) {
+        const double squared = dot<D>(p, p);
+        if (squared > 1e-280) return std::sqrt(squared);
+        if constexpr (D == 2) return std::hypot(p[0], p[1]);
+        else return std::hypot(p[0], p[1], p[2]);
+    }
+
+    const PointTree<D> &tree_;
+    const Bounds<D> &domain_;
+};
+
+// Calls visit(measure, q) for the edges of a cell in the plane, or the faces of one in space, and
+// the point q across each, relative to the site.
+template <class Polygon, class Visit>
+void for_each_side(const Polygon &cell, Visit &&visit) {
+    for (std::size_t i = 0; i < cell.size(); ++i) {
+        const Point<2> p = cell.vertex(i), q = cell.vertex(i + 1 == cell.size() ? 0 : i + 1);
+        visit(std::hypot(q[0] - p[0], q[1] - p[1]), cell.across(i));
+    }
+}
+template <class Visit>
+void for_each_side(const ConvexPolyhedron &cell, Visit &&visit) {
+    cell.for_each_numbered_face([&](const std::vector<Point<3>> &corners, std::uint32_t face) {
+        Point<3> twice{};
+        for (std::size_t i = 2; i < corners.size(); ++i) {
+            const Point<3> triangle = cross(difference<3>(corners[i - 1], corners[0]),
+                                            difference<3>(corners[i], corners[0]));
+            for (std::size_t a = 0; a < 3; ++a) twice[a] += triangle[a];
+        }
+        visit(0.5 * std::max(0.0, dot<3>(twice, cell.normal(face))), cell.across(face));
+    });
+}
+
+// Collects the faces of cells as their sites see them; each worker writes to a list of its own.
+template <std::size_t D>
+class FaceCollector {
+public:
+    FaceCollector(const PointTree<D> &tree, const Bounds<D> &domain, unsigned workers)
+        : tree_(tree), finder_(tree, domain), faces_(workers), surface_(tree.sites()),
+          border_(tree.sites()), nearest_(tree.sites()) {}
+
+    template <class Cell>
+    void add(std::size_t site, const Cell &cell, unsigned worker) {
+        auto &faces = faces_[worker];
+        const std::size_t first = faces.size();
+        const Point<D> at = tree_.site(site);
+        double surface = 0.0, border = 0.0;
+        double nearest = std::numeric_limits<double>::infinity();
+        for_each_side(cell, [&](double measure, const Point<D> &q) {
+            surface += measure;
+            if (measure == 0.0) return;
+            const auto found = finder_.find(at, q);
+            if (!found) {
+                border += measure;
+                return;
+            }
+            nearest = std::min(nearest, found->distance);
+            // Rounding may have cut a face in two
+            for (std::size_t f = first; f < faces.size(); ++f)
+                if (faces[f].to == found->site && faces[f].periods == found->periods) {
+                    faces[f].measure += measure;
+                    return;
+                }
+            faces.push_back({site, found->site, found->periods, measure, found->distance});
+        });
+        surface_[site] = surface;
+        border_[site] = border;
+        nearest_[site] = nearest;
+    }
+
+    // The faces that count, once for both sides, between the first points of sites
+    FacesOf<D> faces(std::size_t points) const {
+        FacesOf<D> out{{}, std::vector<double>(points)};
+        std::vector<std::size_t> first(tree_.sites());
+        for (std::size_t s = 0; s < tree_.sites(); ++s) {
+            const auto here = tree_.points_at(s);
+            first[s] = *std::min_element(here.begin(), here.end());
+            out.border[first[s]] = border_[s];
+        }
+        for (const auto &faces : faces_)
+            for (Contact<D> c : faces) {
+                if (!is_told_by_first(c) || is_rounding(c)) continue;
+                c.from = first[c.from];
+                c.to = first[c.to];
+                out.shared.push_back(c);
+            }
+        return out;
+    }
+
+private:
+    static constexpr double rounding = 1e-12;
+
+    bool is_told_by_first(const Contact<D> &c) const {
+        if (c.from == c.to) return c.periods > Periods<D>{};
+        return std::pair{nearest_[c.from], c.from} < std::pair{nearest_[c.to], c.to};
+    }
+    bool is_rounding(const Contact<D> &c) const {
+        return c.measure <= rounding * std::min(surface_[c.from], surface_[c.to]);
+    }
+
+    const PointTree<D> &tree_;
+    SiteFinder<D> finder_;
+    std::vector<std::vector<Contact<D>>> faces_;
+    std::vector<double> surface_, border_, nearest_; // of the cell of each site
+};
+
+// On a line cells share ends, which measure 1.
+inline FacesOf<1> faces_on_line(const PointView<1> &points, const Bounds<1> &domain) {
+    RankedPoints ranked;
+    ranked.sort(points);
+    const std::size_t n = points.size();
+    const double lo = domain.box.lo[0], hi = domain.box.hi[0];
+
+    struct Site {
+        double x;
+        std::size_t first; // of the points there
+    };
+    std::vector<Site> sites;
+    for (std::size_t rank = 0; rank < n; ++rank) {
+        const double x = ranked.point(rank);
+        const std::size_t i = ranked.position(rank);
+        if (sites.empty() || sites.back().x != x) sites.push_back({x, i});
+        sites.back().first = std::min(sites.back().first, i);
+    }
+    FacesOf<1> faces{{}, std::vector<double>(n)};
+    for (std::size_t k = 1; k < sites.size(); ++k)
+        faces.shared.push_back(
+            {sites[k - 1].first, sites[k].first, {0}, 1.0, sites[k].x - sites[k - 1].x});
+    if (!sites.empty()) {
+        const Site &low = sites.front(), &high = sites.back();
+        if (domain.periodic[0]) {
+            faces.shared.push_back({high.first, low.first, {1}, 1.0, (low.x - lo) + (hi - high.x)});
+        } else {
+            faces.border[low.first] += 1.0;
+            faces.border[high.first] += 1.0;
+        }
+    }
+    return faces;
+}
+
+} // namespace VOROQUAD::detail

@@ -1,0 +1,88 @@
+"""Which cell a place is in, and cells one by one."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from any_points import any_set
+from hypothesis import given
+from hypothesis import strategies as st
+
+import voroquad as vq
+
+
+@given(points=any_set(), periodic=st.booleans(), seed=st.integers(0, 2**32))
+def test_locates_the_nearest_point(points, periodic, seed):
+    rng = np.random.default_rng(seed)
+    n, d = points.shape
+    places = np.concatenate([rng.random((20, d)), points[rng.integers(0, n, 20)], rng.integers(0, 5, (20, d)) / 4])
+    cells = vq.cells(points, periodic=periodic)
+    found = cells.locate(places)
+    way = np.abs(cells.points - (np.mod(places, 1) if periodic else places)[:, None])
+    way = np.minimum(way, 1 - way) if periodic else way
+    distance = np.linalg.norm(way, axis=-1)
+    assert (distance[np.arange(60), found] <= distance.min(axis=1) * (1 + 1e-12) + 1e-15).all()
+    first = [np.flatnonzero((cells.points == cells.points[i]).all(axis=-1))[0] for i in found]
+    np.testing.assert_array_equal(found, first)  # of points that coincide
+
+
+def test_of_points_that_are_equally_near_takes_the_first():
+    points = np.array([[0.75, 0.75], [0.25, 0.75], [0.25, 0.25], [0.75, 0.25]])
+    places = [[0.5, 0.5], [0.5, 0.1], [0.1, 0.5], [0, 0]]
+    np.testing.assert_array_equal(vq.cells(points).locate(places), [0, 2, 1, 2])
+    np.testing.assert_array_equal(vq.cells(points, periodic=True).locate(places), [0, 2, 1, 0])
+
+
+def test_takes_one_place_or_many():
+    line = vq.cells([1.0, 3.0], bounds=(0, 4))
+    assert line.locate(0.5).shape == ()
+    assert line.locate(0.5) == 0
+    np.testing.assert_array_equal(line.locate([3, 2, 1]), [1, 0, 0])
+    np.testing.assert_array_equal(line.locate([[3], [2]]), [1, 0])
+    plane = vq.cells([[1.0, 1.0], [3.0, 1.0]], bounds=(0, 4), periodic=[True, False])
+    assert plane.locate([3.9, 4]).shape == ()
+    np.testing.assert_array_equal(plane.locate(np.float32([[4, 0]])), [0])
+    with pytest.raises(ValueError, match=r"x must have shape \(m, 2\) or \(2,\), got \(3,\)"):
+        plane.locate([1, 2, 3])
+    with pytest.raises(ValueError, match=r"x\[0\] = \[0.0, 5.0\] is not inside"):
+        plane.locate([0, 5])
+
+
+def test_scans_as_the_measures_say():
+    points = np.random.default_rng(3).random((30, 3))
+    cells = vq.cells(points, periodic=[True, False, True])
+    places = np.random.default_rng(4).random((200_000, 3))
+    share = np.bincount(cells.locate(places), minlength=30) / len(places)
+    spread = np.sqrt(cells.measures * (1 - cells.measures) / len(places))
+    assert (np.abs(share - cells.measures) < 5.5 * spread).all()
+
+
+def test_cells_one_by_one_and_in_flat_arrays():
+    points = np.random.default_rng(7).random((20, 2))
+    cells = vq.cells(points)
+    arrays = cells.polygon_arrays()
+    assert len(arrays) == 20
+    assert arrays.offsets[-1] == len(arrays.coordinates)
+    for i, polygon in enumerate(cells.polygons()):
+        np.testing.assert_array_equal(polygon, cells.polygon(i))
+        np.testing.assert_array_equal(polygon, arrays.coordinates[arrays.offsets[i] : arrays.offsets[i + 1]])
+    np.testing.assert_array_equal(cells.polygon(-1), cells.polygon(19))
+    with pytest.raises(IndexError, match="cell 20 of 20"):
+        cells.polygon(20)
+
+
+def test_polyhedra_one_by_one_and_in_flat_arrays():
+    cells = vq.cells(np.random.default_rng(8).random((20, 3)), bounds=(0, 2))
+    arrays = cells.polyhedron_arrays()
+    assert len(arrays) == 20
+    for i, faces in enumerate(cells.polyhedra()):
+        assert len(faces) == len(cells.polyhedron(i)) == arrays.offsets[i + 1] - arrays.offsets[i]
+        for ours, theirs in zip(faces, cells.polyhedron(i), strict=True):
+            np.testing.assert_array_equal(ours, theirs)
+    assert arrays.face_offsets[-1] == len(arrays.coordinates)
+    with pytest.raises(IndexError, match="cell -21 of 20"):
+        cells.polyhedron(-21)
+
+
+def test_points_are_those_given():
+    np.testing.assert_array_equal(vq.cells([[1.0, 7.0]], bounds=(1, 7), periodic=[False, True]).points, [[1.0, 1.0]])
