@@ -15,8 +15,8 @@ WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion
 
 # A name that is added here is one that users may write: it stays.
 PUBLIC_NAMES = """
-BiasLattice Bounds BoundsOf Box CellWorkspace ConvexDomain ConvexDomainOf Domain LeaveOneOut Neighbours NoPause Point
-PointView Polygons Polyhedra Resolution StrataBlocks StratifiedDesign UniformDesign Wall bias_function
+BiasLattice Bounds BoundsOf Box CellWorkspace ConvexDomain ConvexDomainOf Domain LeaveOneOut Neighbours NoPause
+PilotRule Point PointView Polygons Polyhedra Resolution StrataBlocks StratifiedDesign UniformDesign Wall bias_function
 boundary_control_of_sets cell_centroids cell_measures cell_measures_in cell_measures_in_ball cell_measures_in_cylinder
 cell_measures_of_sets cell_neighbours cell_polygons cell_polyhedra cell_radii default_thread_count for_each_cell
 for_each_cell_in leave_one_out nearest_points parallel_for

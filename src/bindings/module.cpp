@@ -6,6 +6,7 @@ void bind_bias(nanobind::module_ &m);
 void bind_boundary_control(nanobind::module_ &m);
 void bind_local_fit(nanobind::module_ &m);
 void bind_kriging(nanobind::module_ &m);
+void bind_pilot(nanobind::module_ &m);
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #include <cpuid.h>
@@ -46,4 +47,5 @@ VOROQUAD_BIND(VOROQUAD_MODULE, m) {
     bind_boundary_control(m);
     bind_local_fit(m);
     bind_kriging(m);
+    bind_pilot(m);
 }

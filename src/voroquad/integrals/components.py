@@ -92,7 +92,8 @@ class Components:
     @classmethod
     def of(cls, estimate: Estimate, form: Form) -> Components | None:
         """Those of an estimate; None if it does not tell how the errors of several components are linked."""
-        own = np.sqrt(np.maximum(np.square(estimate.error) - np.square(estimate.rounding), 0))
+        error, rounding = estimate.error, estimate.rounding
+        own = np.sqrt(np.maximum(error - rounding, 0)) * np.sqrt(error + rounding)  # no square overflows
         deviations = np.ones((1, 1)) if len(own) == 1 else estimate.deviations
         if deviations is None:
             return None

@@ -228,15 +228,19 @@ def too_few_samples(values: Array) -> list[IntegrationWarning]:
     """
     sizes = np.abs(values.swapaxes(0, 1).reshape(values.shape[1], -1))
     squares = np.square(sizes).sum(axis=1)
-    finite = np.isfinite(squares)
-    zero = squares == 0
-    support = np.divide(sizes.sum(axis=1) ** 2, squares, out=np.full(len(sizes), np.inf), where=finite & ~zero)
-    fewest = min(FEWEST_SAMPLES, FEWEST_PART * sizes.shape[1])
+    return unresolved(sizes.sum(axis=1), squares, squares == 0, sizes.shape[1])
+
+
+def unresolved(totals: Array, squares: Array, zero: NDArray[np.bool_], n: int) -> list[IntegrationWarning]:
+    """The same from Σ|f| and Σf² (fields,) of n samples, each times its weight, and which components are 0."""
+    known = np.isfinite(squares) & (squares > 0)
+    support = np.divide(totals**2, squares, out=np.full(len(totals), np.inf), where=known)
+    fewest = min(FEWEST_SAMPLES, FEWEST_PART * n)
     found = []
     if zero.any():
-        found.append(diagnosis("zero", components=np.flatnonzero(zero).tolist(), of=len(sizes)))
+        found.append(diagnosis("zero", components=np.flatnonzero(zero).tolist(), of=len(totals)))
     if (support < fewest).any():
-        found.append(diagnosis("few-samples", samples=round(float(support.min()), 1), of=sizes.shape[1]))
+        found.append(diagnosis("few-samples", samples=round(float(support.min()), 1), of=n))
     return found
 
 

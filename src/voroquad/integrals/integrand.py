@@ -21,10 +21,12 @@ class Integrand:
         Takes points (k, n), returns values (fields, n).
     region : Region
         What is integrated over, as a map from the unit box.
+    batch : int, optional
+        The most points of a call of the function.
     """
 
-    def __init__(self, function: Function, region: Region):
-        self.function, self.region = function, region
+    def __init__(self, function: Function, region: Region, batch: int | None = None):
+        self.function, self.region, self._batch = function, region, batch
 
     @property
     def d(self) -> int:
@@ -52,6 +54,12 @@ class Integrand:
 
     def __call__(self, u: Array) -> Array:
         """Values times the volume element, (fields, n), at points u (n, d) of the unit box; NaN where not finite."""
+        n, most = len(u), self._batch or len(u)
+        if n <= most:
+            return self._values(u)
+        return np.concatenate([self._values(u[i : i + most]) for i in range(0, n, most)], axis=1)
+
+    def _values(self, u: Array) -> Array:
         x, volume = self.pull_back(u.T)
         values = self.function(x)
         with np.errstate(over="ignore", invalid="ignore"):
@@ -61,4 +69,5 @@ class Integrand:
             at = bad.any(axis=0)
             first = np.asarray(x, dtype=np.float64)[:, np.argmax(at)].tolist()
             self.diagnoses.add(diagnosis("not-finite", first_x=first, points=int(np.count_nonzero(at)), of=len(u)))
-        return np.where(bad, np.nan, fields)
+            fields[bad] = np.nan
+        return fields

@@ -12,11 +12,10 @@ from .._support.checks import one_of, positive_int, thread_count
 from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, as_generator
 from ..rules.registry import DEBIAS
-from ..rules.strata_fits import check_order
 from .diagnostics import IntegrationWarning, diagnosis
-from .estimates import Estimator
 from .evaluation import Function
 from .integrand import Integrand
+from .methods import estimator
 from .refinement import refine, tolerance
 from .regions import region_of
 from .result import QuadResult
@@ -67,6 +66,7 @@ def quad(
     scale: Any = 1.0,
     n_points: int = 1024,
     n_estimates: int = 1,
+    method: str = "auto",
     sampler: str | EngineFactory = "auto",
     order: int | str = "auto",
     debias: str = "auto",
@@ -74,6 +74,7 @@ def quad(
     rtol: float | None = None,
     atol: float | None = None,
     max_evaluations: int = 1_000_000,
+    batch: int | None = None,
     workers: int | Callable[..., Any] = 1,
     threads: int | None = None,
 ) -> QuadResult:
@@ -106,6 +107,11 @@ def quad(
         sets each has an estimate of its own. Sets of other samplers, so above d = 4, are the replicates of one
         cross-fit, in place of the four: each is corrected by what the others predict. With two the error has a
         single degree of freedom, and the 95 % interval is 12.7 standard errors to either side.
+    method : str
+        "auto" is the rule that `order`, `sampler` and `debias` name, which are for that one only. "kriging" and "local"
+        predict each sample from those around it, by kriging or by polynomials (of the order 8 in the plane, 3 above, on
+        a line as many as there are points for; `order` may name another). "pilot" is for many points in d ≤ 3: a
+        grid of a quarter of them predicts, and says where samples go. "plain" predicts nothing.
     sampler : str or callable
         A random one of :func:`voroquad.sample`: a name, or what makes an engine from ``(d, rng=)``, such as
         ``qmc.Sobol`` or ``functools.partial(qmc.Sobol, bits=50)``, but not an engine, which yields a single
@@ -124,6 +130,8 @@ def quad(
         size, independent of those that settled the size, so it stays unbiased.
     max_evaluations : int
         Of all sets together, in tolerance mode.
+    batch : int, optional
+        The most points of a call of func. The result does not depend on it.
     workers : int or callable
         Number of processes that evaluate func (-1: one per processor), or a map-like callable such as
         ``multiprocessing.Pool(4).map``. The result does not depend on it. Each call starts its own processes, which
@@ -185,14 +193,12 @@ def quad(
     one_of("debias", debias, DEBIAS)
     wanted = None if rtol is None and atol is None else tolerance(rtol or 0, atol or 0)
     order = int(order) if isinstance(order, np.integer) else order
+    batch = None if batch is None else positive_int("batch", batch)
     generator = as_generator(rng)
     region, library = region_of(a, b, loc, scale)
     with mapping(workers, (func, args, kwargs)) as (spread, parts):
-        integrand = Integrand(Function(func, library, args, kwargs, vectorized, spread, parts), region)
-        if isinstance(sampler, str) and sampler == "auto":
-            sampler = "multi-jittered" if integrand.d <= 4 else "sobol"
-        check_order(order, integrand.d)
-        estimate = Estimator(integrand, sampler, order, debias, n_estimates, generator, threads)
+        integrand = Integrand(Function(func, library, args, kwargs, vectorized, spread, parts), region, batch)
+        estimate = estimator(integrand, n_points, method, sampler, order, debias, n_estimates, generator, threads)
         if wanted is None:
             found = estimate(n_points)
         else:

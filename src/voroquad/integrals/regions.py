@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from typing import Any, Protocol
 
@@ -61,6 +62,8 @@ class Box:
             volume = np.prod(self.b[finite] - self.a[finite])
         if not np.isfinite(volume):
             raise ValueError("a and b: the box is too large for floating point; scale x, or take infinite limits")
+        #: The volume element of a box with finite limits
+        self._volume = self.sign * math.prod((self.b - self.a).tolist()) if finite.all() else None
 
     @property
     def d(self) -> int:
@@ -70,6 +73,8 @@ class Box:
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (d, n) inside the box and the volume element (n,), with the sign of swapped limits, at u (d, n)."""
         a, b = self.a[:, None], self.b[:, None]
+        if self._volume is not None:
+            return inside(a + (b - a) * within(u), a, b, self._library), np.full(u.shape[1], self._volume)
         x, jacobian = interval(u, a, b, self._loc[:, None], self._scale[:, None])
         return inside(x, a, b, self._library), self.sign * np.prod(jacobian, axis=0)
 
@@ -137,7 +142,7 @@ def interval(u: Array, a: Array, b: Array, loc: Any, scale: Any) -> tuple[Array,
     are below a + s; on (−∞, b] mirrored; on the whole line x = loc + s t/(1 − t²) with t = 2u − 1, so that half of the
     points are within ⅔ s of loc. An empty interval, at infinity too, has dx/du = 0.
     """
-    u = np.clip(u, 2.0**-54, 1 - 2.0**-53)  # no infinite point
+    u = within(u)
     a, b, u, loc, s = np.broadcast_arrays(a, b, u, loc, scale)
     below, above = np.isinf(a), np.isinf(b)
     with np.errstate(invalid="ignore", over="ignore"):  # of the cases that are not taken
@@ -150,6 +155,11 @@ def interval(u: Array, a: Array, b: Array, loc: Any, scale: Any) -> tuple[Array,
         ]
     conditions = [c[0] for c in cases]
     return np.select(conditions, [c[1] for c in cases]), np.select(conditions, [c[2] for c in cases])
+
+
+def within(u: Array) -> Array:
+    """Points off the ends of the unit box, which may be limits at infinity."""
+    return np.clip(u, 2.0**-54, 1 - 2.0**-53)
 
 
 def inside(x: Array, a: Array, b: Array, library: Library) -> Array:

@@ -1,0 +1,321 @@
+// voroquad/pilot.hpp: integrals over the unit box of one to three dimensions from many evaluations.
+//
+// The integrand is evaluated at the centres of k^D cells. That grid alone decides, for each cell,
+// which stencil of it predicts the integrand there and how many samples the cell gets. The samples
+// are nets in the cells: consecutive blocks of scrambled Sobol' sequences, one sequence for the
+// cells with the same stencil and number of samples. With P_i the prediction in cell i and its m_i
+// samples x,
+//
+//     Î = k^−D Σ_i [ mean of P_i over the cell + (1/m_i) Σ (f(x) − P_i(x)) ] .
+//
+// Nothing that is chosen looks at a sample, and each sample is uniform in its cell: Î is unbiased
+// for every integrand. The same keys give the same bits on any number of threads.
+#pragma once
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <stdexcept>
+#include <vector>
+
+#include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/pilot/allocation.hpp>
+#include <voroquad/detail/pilot/indicator.hpp>
+#include <voroquad/detail/pilot/morton.hpp>
+#include <voroquad/detail/pilot/sobol.hpp>
+#include <voroquad/detail/pilot/stencil.hpp>
+#include <voroquad/detail/pilot/sums.hpp>
+#include <voroquad/parallel.hpp>
+
+namespace VOROQUAD {
+
+// In this order: grid() is filled with values at centres(), plan(), then as long as next() draws
+// samples, add() takes their values.
+template <std::size_t D>
+class PilotRule {
+    static_assert(1 <= D && D <= 3);
+
+public:
+    using Key = detail::ScramblingKey;
+
+    // Sequences, each of which takes D keys of random numbers
+    static constexpr std::size_t sequences = (detail::highest_level + 1) * detail::stencil_count<D>;
+    // The most samples of a cell
+    static constexpr std::size_t largest_block = std::size_t{1} << detail::highest_level;
+
+    // `keys` are `sequences` times D, of uniformly random bits.
+    PilotRule(std::size_t k, std::size_t fields, const Key *keys)
+        : k_(k), cells_(power(k)), fields_(fields), keys_(keys, keys + sequences * D), order_(k) {
+        for (std::size_t a = D, step = 1; a-- > 0; step *= k) stride_[a] = step;
+        for (std::size_t q = 0; q < detail::stencil_count<D>; ++q)
+            if (detail::stencil_size(q) <= k) stencils_.emplace_back(detail::stencil_size(q));
+        grid_.assign(fields * room(), 0.0);
+        sums_.resize(fields);
+        scrambled_.resize(sequences);
+        blocks_.assign(sequences, 0);
+    }
+
+    std::size_t cells() const { return cells_; }
+    std::size_t fields() const { return fields_; }
+    // Values of a component at the centres, in C order
+    double *grid(std::size_t field) { return grid_.data() + field * room(); }
+
+    // The centres of cells in C order, all first coordinates first: (D, end − begin)
+    static void centres(std::size_t k, std::size_t begin, std::size_t end, double *out) {
+        for (std::size_t a = 0, step = power(k) / k; a < D; ++a, step /= k)
+            for (std::size_t i = begin; i < end; ++i)
+                *out++ = (static_cast<double>(i / step % k) + 0.5) / static_cast<double>(k);
+    }
+
+    // Chooses stencils and numbers of samples, at most `samples` in all and one in each cell or
+    // more.
+    template <class Pause = NoPause>
+    void plan(std::size_t samples, unsigned threads, Pause &&pause = {}) {
+        if (samples < cells_) throw std::invalid_argument("samples must be at least one per cell");
+        pick_.resize(fields_ * cells_);
+        demand_.resize(cells_);
+        std::vector<double> scale(fields_, 1.0);
+        if (fields_ > 1) scale = inverse_means(threads, pause);
+        choose(scale, demand_.data(), nullptr, threads, pause);
+        offset_ = detail::largest_offset(demand_, samples);
+    }
+
+    // Draws the samples of the next cells, at most `most` of them but those of one cell or more,
+    // and returns their number: 0 behind the last cell.
+    template <class Pause = NoPause>
+    std::size_t next(std::size_t most, unsigned threads, Pause &&pause = {}) {
+        drawn_.clear();
+        std::size_t n = 0;
+        for (; !order_.done(); order_.advance()) {
+            const Drawn cell = draw(n);
+            if (n > 0 && n + cell.samples() > most) break;
+            ++blocks_[cell.sequence];
+            n += cell.samples();
+            drawn_.push_back(cell);
+        }
+        offsets_.resize(n * D);
+        const auto fill = [&](std::size_t begin, std::size_t end, unsigned) {
+            for (std::size_t c = begin; c < end; ++c) place(drawn_[c]);
+        };
+        parallel_for(drawn_.size(), cells_of_a_chunk, threads, fill, pause);
+        return n;
+    }
+
+    // The samples that next() drew, all first coordinates first: (D, n)
+    void samples(double *out) const {
+        const double side = static_cast<double>(k_);
+        const std::size_t n = offsets_.size() / D;
+        for (const Drawn &cell : drawn_)
+            for (std::size_t a = 0; a < D; ++a) {
+                const double centre = static_cast<double>(cell.at[a]) + 0.5;
+                for (std::size_t j = cell.first; j < cell.first + cell.samples(); ++j)
+                    out[a * n + j] = (centre + offsets_[j * D + a]) / side;
+            }
+    }
+
+    // Takes their values (fields, n).
+    template <class Pause = NoPause>
+    void add(const double *values, unsigned threads, Pause &&pause = {}) {
+        const std::size_t chunks = (drawn_.size() + cells_of_a_chunk - 1) / cells_of_a_chunk;
+        const std::size_t n = offsets_.size() / D;
+        std::vector<detail::PilotSums> part(chunks * fields_);
+        const auto body = [&](std::size_t begin, std::size_t end, unsigned) {
+            for (std::size_t c = begin; c < end; ++c)
+                for (std::size_t f = 0; f < fields_; ++f)
+                    correct(drawn_[c], f, values + f * n,
+                            part[begin / cells_of_a_chunk * fields_ + f]);
+        };
+        parallel_for(drawn_.size(), cells_of_a_chunk, threads, body, pause);
+        for (std::size_t i = 0; i < part.size(); ++i) sums_[i % fields_].add(part[i]);
+    }
+
+    // Sums over the cells that have been added
+    const detail::PilotSums &sums(std::size_t field) const { return sums_[field]; }
+
+private:
+    static constexpr std::size_t cells_of_a_chunk = 256;
+
+    // A cell with its block of a sequence
+    struct Drawn {
+        std::array<std::uint32_t, D> at;
+        std::uint8_t sequence, level;
+        std::size_t block, first;
+        std::size_t samples() const { return std::size_t{1} << level; }
+    };
+
+    static constexpr std::size_t power(std::size_t k) {
+        return D == 1 ? k : D == 2 ? k * k : k * k * k;
+    }
+    std::size_t room() const { return cells_ + detail::stencil_room; }
+
+    // For all cells the stencil of each component and the demand for samples: the sum over the
+    // components of scale times the 2/3rd power of what the stencil's indicator leads to expect of
+    // a residual. If asked for, adds up these powers, chunk by chunk.
+    template <class Pause>
+    void choose(const std::vector<double> &scale, std::int16_t *demand, std::vector<double> *sums,
+                unsigned threads, Pause &&pause) {
+        const detail::Indicator<D> indicator(stencils_, k_);
+        const std::size_t rows = indicator.rows_at_once(), row = cells_ / k_;
+        std::vector<double> tiny;
+        for (std::size_t f = 0; f < fields_; ++f) tiny.push_back(rounding_of(f));
+        const auto body = [&](std::size_t begin, std::size_t end, unsigned) {
+            typename detail::Indicator<D>::Scratch scratch;
+            std::vector<double> least((end - begin) * row), all(least.size(), 0.0);
+            for (std::size_t f = 0; f < fields_; ++f) {
+                indicator.best(grid_.data() + f * room(), begin, end,
+                               pick_.data() + f * cells_ + begin * row, least.data(), scratch);
+                double sum = 0.0;
+                for (std::size_t i = 0; i < least.size(); ++i) {
+                    const double square = std::isfinite(least[i]) ? least[i] : 0.0;
+                    const double part = std::cbrt(square + tiny[f]);
+                    all[i] += scale[f] * part;
+                    sum += part;
+                }
+                if (sums) (*sums)[begin / rows * fields_ + f] = sum;
+            }
+            if (demand)
+                for (std::size_t i = 0; i < all.size(); ++i)
+                    demand[begin * row + i] = detail::dithered_demand(all[i], begin * row + i);
+        };
+        parallel_for(k_, rows, threads, body, pause);
+    }
+
+    // Of each component: components count alike in the demand for samples, whatever their units
+    template <class Pause>
+    std::vector<double> inverse_means(unsigned threads, Pause &&pause) {
+        const std::size_t rows = detail::Indicator<D>(stencils_, k_).rows_at_once();
+        std::vector<double> sums((k_ + rows - 1) / rows * fields_), inverse(fields_, 0.0);
+        choose(inverse, nullptr, &sums, threads, pause);
+        for (std::size_t i = 0; i < sums.size(); ++i) inverse[i % fields_] += sums[i];
+        for (double &x : inverse) x = static_cast<double>(cells_) / x;
+        return inverse;
+    }
+
+    // The square of what rounding alone may leave of a residual
+    double rounding_of(std::size_t field) const {
+        double largest = 0.0;
+        for (std::size_t i = 0; i < cells_; ++i)
+            largest = std::max(largest, std::abs(grid_[field * room() + i]));
+        return largest * 1e-16 * (largest * 1e-16) + 1e-300;
+    }
+
+    Drawn draw(std::size_t first) {
+        Drawn cell{};
+        std::size_t index = 0;
+        for (std::size_t a = 0; a < D; ++a) {
+            cell.at[a] = static_cast<std::uint32_t>(order_.cell()[a]);
+            index += order_.cell()[a] * stride_[a];
+        }
+        const int level = detail::level_of(demand_[index], offset_);
+        std::uint8_t q = pick_[index]; // of several components the smallest stencil
+        for (std::size_t f = 1; f < fields_; ++f) q = std::min(q, pick_[f * cells_ + index]);
+        cell.level = static_cast<std::uint8_t>(level);
+        cell.sequence = static_cast<std::uint8_t>(
+            static_cast<std::size_t>(level) * detail::stencil_count<D> + q);
+        cell.block = blocks_[cell.sequence];
+        cell.first = first;
+        if (auto &sequence = scrambled_[cell.sequence]; !sequence) {
+            std::array<Key, D> keys;
+            std::copy_n(keys_.begin() + static_cast<std::ptrdiff_t>(cell.sequence * D), D,
+                        keys.begin());
+            sequence.emplace(keys);
+        }
+        return cell;
+    }
+
+    // Its samples, relative to the centre in units of the cell
+    void place(const Drawn &cell) {
+        using Sequence = detail::ScrambledSobol<D>;
+        const Sequence &sequence = *scrambled_[cell.sequence];
+        std::uint64_t index = static_cast<std::uint64_t>(cell.block) << cell.level;
+        typename Sequence::State digits = sequence.at(index);
+        double *out = &offsets_[cell.first * D];
+        for (std::size_t j = 0; j < cell.samples(); ++j) {
+            for (std::size_t a = 0; a < D; ++a) *out++ = Sequence::coordinate(digits[a]) - 0.5;
+            sequence.advance(digits, index++);
+        }
+    }
+
+    void correct(const Drawn &cell, std::size_t field, const double *values,
+                 detail::PilotSums &sums) const {
+        std::size_t index = 0;
+        for (std::size_t a = 0; a < D; ++a) index += cell.at[a] * stride_[a];
+        const double *grid = grid_.data() + field * room();
+        switch (pick_[field * cells_ + index]) {
+        case 0:
+            return correct_with<1>(cell, index, grid, values, sums);
+        case 1:
+            return correct_with<3>(cell, index, grid, values, sums);
+        case 2:
+            return correct_with<5>(cell, index, grid, values, sums);
+        case 3:
+            return correct_with<7>(cell, index, grid, values, sums);
+        case 4:
+            return correct_with<9>(cell, index, grid, values, sums);
+        default:
+            return correct_with<11>(cell, index, grid, values, sums);
+        }
+    }
+
+    template <std::size_t R>
+    void correct_with(const Drawn &cell, std::size_t index, const double *grid,
+                      const double *values, detail::PilotSums &sums) const {
+        const detail::Stencil &stencil = stencils_[(R - 1) / 2];
+        std::array<std::size_t, D> at;
+        std::array<detail::StencilWeights, D> w{};
+        for (std::size_t a = 0; a < D; ++a) {
+            const std::size_t begin = detail::stencil_begin(cell.at[a], R, k_);
+            grid += begin * stride_[a];
+            at[a] = cell.at[a] - begin;
+            w[a] = stencil.cell_mean[at[a]];
+        }
+        const double mean = detail::contract<D, R>(grid, stride_, w);
+        double sum = 0.0, square = 0.0, size = 0.0, absolute = 0.0, value_square = 0.0;
+        detail::WorstCell worst{.cell = index};
+        for (std::size_t j = cell.first; j < cell.first + cell.samples(); ++j) {
+            if constexpr (R > 1)
+                for (std::size_t a = 0; a < D; ++a)
+                    detail::lagrange<R>(offsets_[j * D + a], at[a], stencil.inverse, w[a].data());
+            const double y = values[j], p = detail::contract<D, R>(grid, stride_, w), r = y - p;
+            sum += r;
+            square += r * r;
+            size += std::abs(p);
+            absolute += std::abs(y);
+            value_square += y * y;
+            sums.largest = std::max(sums.largest, std::abs(y));
+            if (std::abs(r) > worst.residual) {
+                worst.residual = std::abs(r);
+                worst.value = std::abs(y);
+            }
+        }
+        const double share = 1.0 / static_cast<double>(cell.samples());
+        sums.integral.add(mean);
+        sums.integral.add(sum * share);
+        worst.square = square * share * share;
+        sums.square += worst.square;
+        sums.size += std::abs(mean) + (absolute + size) * share;
+        sums.absolute += absolute * share;
+        sums.value_square += value_square * share * share;
+        if (worst.square > sums.worst.square) sums.worst = worst;
+    }
+
+    std::size_t k_, cells_, fields_;
+    std::array<std::size_t, D> stride_{};
+    std::vector<Key> keys_;
+    std::vector<detail::Stencil> stencils_;
+    std::vector<double> grid_;         // component by component, with room to read behind each
+    std::vector<std::uint8_t> pick_;   // (fields, cells): the stencil
+    std::vector<std::int16_t> demand_; // for samples, in logarithms
+    int offset_ = 0;                   // that turns demand into levels
+    detail::MortonOrder<D> order_;
+    std::vector<std::optional<detail::ScrambledSobol<D>>> scrambled_;
+    std::vector<std::size_t> blocks_; // taken so far of each sequence
+    std::vector<Drawn> drawn_;
+    std::vector<double> offsets_; // of the samples from their cells' centres
+    std::vector<detail::PilotSums> sums_;
+};
+
+} // namespace VOROQUAD

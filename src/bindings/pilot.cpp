@@ -1,0 +1,107 @@
+// The pilot rule for Python: one class for each dimension.
+#include "arrays.hpp"
+
+#include <algorithm>
+#include <string>
+
+#include <voroquad/pilot.hpp>
+
+using namespace voroquad;
+
+namespace {
+
+using Keys = nb::ndarray<const std::uint64_t, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using Values = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+// A property (fields,): what `pick` takes of the sums of each component
+template <std::size_t D, class Pick>
+void bind_sums(nb::class_<PilotRule<D>> &rule, const char *name, Pick pick) {
+    const auto get = [pick](const PilotRule<D> &self) {
+        std::vector<double> out;
+        for (std::size_t f = 0; f < self.fields(); ++f) out.push_back(pick(self.sums(f)));
+        const std::size_t n = out.size();
+        return own(std::move(out), {n});
+    };
+    rule.def_prop_ro(name, get, nb::rv_policy::automatic);
+}
+
+template <std::size_t D>
+void bind_rule(nb::module_ &m) {
+    using Rule = PilotRule<D>;
+    const auto name = "PilotRule" + std::to_string(D);
+    nb::class_<Rule> rule(m, name.c_str());
+    rule.def(
+            "__init__",
+            [](Rule *self, std::size_t k, std::size_t fields, Keys keys) {
+                const auto *first = reinterpret_cast<const typename Rule::Key *>(keys.data());
+                new (self) Rule(k, fields, first);
+            },
+            "k"_a, "fields"_a, "keys"_a)
+        .def_prop_ro_static("sequences", [](nb::handle) { return Rule::sequences; })
+        .def(
+            "grid",
+            [](Rule &self, std::size_t field) {
+                return nb::ndarray<nb::numpy, double>(self.grid(field), {self.cells()},
+                                                      nb::find(&self));
+            },
+            "field"_a, "Values of a component at the centres, to be filled in.")
+        .def_static(
+            "centres",
+            [](std::size_t k, std::size_t begin, std::size_t end) {
+                std::vector<double> out((end - begin) * D);
+                Rule::centres(k, begin, end, out.data());
+                return own(std::move(out), {D, end - begin});
+            },
+            "k"_a, "begin"_a, "end"_a, "Centres (d, end - begin) of cells in C order.")
+        .def(
+            "plan",
+            [](Rule &self, std::size_t samples, unsigned threads) {
+                nb::gil_scoped_release release;
+                self.plan(samples, threads, CheckSignals());
+            },
+            "samples"_a, "threads"_a)
+        .def(
+            "next",
+            [](Rule &self, std::size_t most, unsigned threads) {
+                std::vector<double> out;
+                const std::size_t n = [&] {
+                    nb::gil_scoped_release release;
+                    const std::size_t drawn = self.next(most, threads, CheckSignals());
+                    out.resize(drawn * D);
+                    self.samples(out.data());
+                    return drawn;
+                }();
+                return own(std::move(out), {D, n});
+            },
+            "most"_a, "threads"_a, "The next samples (d, n); none behind the last.")
+        .def(
+            "add",
+            [](Rule &self, Values values, unsigned threads) {
+                nb::gil_scoped_release release;
+                self.add(values.data(), threads, CheckSignals());
+            },
+            "values"_a, "threads"_a)
+        .def(
+            "worst",
+            [](const Rule &r, std::size_t field) {
+                const auto &w = r.sums(field).worst;
+                return nb::make_tuple(w.cell, w.square, w.residual, w.value);
+            },
+            "field"_a,
+            "The cell with the largest share of the error: its index, square, residual, value.");
+    using Sums = detail::PilotSums;
+    bind_sums(rule, "integral", [](const Sums &s) { return s.integral.value(); });
+    bind_sums(rule, "square", [](const Sums &s) { return s.square; });
+    bind_sums(rule, "size", [](const Sums &s) { return s.size; });
+    bind_sums(rule, "absolute", [](const Sums &s) { return s.absolute; });
+    bind_sums(rule, "value_square", [](const Sums &s) { return s.value_square; });
+    bind_sums(rule, "largest", [](const Sums &s) { return s.largest; });
+}
+
+} // namespace
+
+void bind_pilot(nb::module_ &m) {
+    bind_rule<1>(m);
+    bind_rule<2>(m);
+    bind_rule<3>(m);
+}

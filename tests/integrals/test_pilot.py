@@ -1,0 +1,214 @@
+"""The pilot rule: its numbers one by one, no bias, and what goes with it."""
+
+from __future__ import annotations
+
+import math
+import warnings
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from pilot_reference import pilot
+
+import voroquad as vq
+from voroquad.integrals.pilot import RULES, grid_side
+from voroquad.study.genz import instances
+
+
+def keys_of(seed: int, d: int) -> np.ndarray:
+    return np.random.default_rng(seed).integers(0, 2**64, size=(RULES[d].sequences, d, 65), dtype=np.uint64)
+
+
+def rough(x: np.ndarray) -> np.ndarray:
+    """A bump, a kink and an edge: many stencils and numbers of samples."""
+    s = x.sum(axis=0)
+    return np.exp(-20 * np.square(x - 0.3).sum(axis=0)) + np.abs(s - 0.7) + 0.5 * (x[0] > 0.6)
+
+
+@pytest.mark.parametrize(("d", "n"), [(1, 4), (1, 64), (1, 150), (2, 60), (2, 700), (3, 120), (3, 1400)])
+def test_every_number_is_that_of_the_definition(d, n):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vq.IntegrationWarning)
+        r = vq.quad(rough, np.zeros(d), np.ones(d), n_points=n, method="pilot", rng=5)
+    estimate, error, evaluations = pilot(rough, n, d, keys_of(5, d))
+    assert r.n_evaluations == evaluations <= n
+    assert r.integral == pytest.approx(estimate, rel=1e-12)
+    assert r.standard_error == pytest.approx(error, rel=1e-9)
+
+
+@pytest.mark.parametrize(("d", "n", "degree"), [(1, 64, 9), (2, 1024, 9), (3, 4096, 7)])
+def test_polynomials_are_exact(d, n, degree):
+    powers = [[degree] * d, [degree - 1, *[1] * (d - 1)], [0] * d]
+    r = vq.quad(lambda x: np.stack([np.prod(x.T**p, axis=1) for p in powers]), np.zeros(d), np.ones(d), n_points=n,
+                method="pilot", rng=1)  # fmt: skip
+    np.testing.assert_allclose(r.integral, [np.prod(1 / (np.array(p) + 1)) for p in powers], rtol=1e-13)
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_threads_and_batches_change_no_bit(d):
+    def bits(**how: int) -> tuple[bytes, bytes, int]:
+        r = vq.quad(lambda x: np.stack([rough(x), np.sin(9 * x[0])]), np.zeros(d), np.ones(d), n_points=30_000,
+                    method="pilot", rng=3, **how)  # fmt: skip
+        return r.integral.tobytes(), r.standard_error.tobytes(), r.n_evaluations
+
+    assert bits(threads=1) == bits(threads=3) == bits(batch=1000) == bits(batch=7, threads=2)
+
+
+def test_no_call_has_more_points_than_a_batch():
+    sizes = []
+
+    def func(x: np.ndarray) -> np.ndarray:
+        sizes.append(x.shape[1])
+        assert x.flags.c_contiguous
+        return rough(x)
+
+    r = vq.quad(func, [0, 0], [1, 1], n_points=5000, method="pilot", batch=300, rng=3)
+    assert max(sizes) == 300
+    assert sum(sizes) == r.n_evaluations
+
+
+def test_samples_go_where_the_grid_sees_the_integrand():
+    """An edge along a third of the box: most samples lie at it, and the error is that of few cells."""
+    seen = []
+
+    def func(x: np.ndarray) -> np.ndarray:
+        seen.append(x)
+        return (x[0] + 0.3 * x[1] < 0.5) * 1.0
+
+    r = vq.quad(func, [0, 0], [1, 1], n_points=16_384, method="pilot", rng=1)
+    x = np.concatenate(seen, axis=1)
+    assert np.mean(np.abs(x[0] + 0.3 * x[1] - 0.5) < 0.03) > 0.4
+    assert abs(r.integral - 0.35) < 4 * r.standard_error < 1e-3
+
+
+def test_components_share_the_samples():
+    """Two edges in different places, one of them of a hundredth of the size: both get samples."""
+
+    def func(x: np.ndarray) -> np.ndarray:
+        return np.stack([x.sum(axis=0) < 0.4, 1 + 0.01 * (x.sum(axis=0) < 1.6)])
+
+    r = vq.quad(func, [0, 0], [1, 1], n_points=16_384, method="pilot", rng=1)
+    plain = vq.quad(func, [0, 0], [1, 1], n_points=16_384, method="plain", rng=1)
+    assert (r.standard_error < plain.standard_error / 2).all()
+    assert (np.abs(r.integral - [0.08, 1.0092]) < 4 * r.standard_error).all()
+
+
+@pytest.mark.parametrize("power", [-1000, -600, 600, 1000])
+def test_no_scale_of_the_integrand_changes_a_digit(power):
+    one, other = (
+        vq.quad(lambda x, p=p: np.ldexp(rough(x), p), [0, 0], [1, 1], n_points=2000, method="pilot", rng=1)
+        for p in (0, power)
+    )
+    assert other.integral == math.ldexp(one.integral, power)
+    assert other.standard_error == math.ldexp(one.standard_error, power)
+
+
+def test_infinite_limits():
+    r = vq.quad(lambda x: np.exp(-np.square(x).sum(axis=0)), [-np.inf, 0], [np.inf, np.inf], n_points=20_000,
+                method="pilot", rng=1)  # fmt: skip
+    assert r.integral == pytest.approx(math.pi / 2, abs=1e-6)
+
+
+def test_several_estimates_share_the_grid():
+    r = vq.quad(rough, [0, 0], [1, 1], n_points=1024, n_estimates=5, method="pilot", rng=1)
+    assert r.degrees_of_freedom == 4
+    assert 256 + 5 * 700 < r.n_evaluations <= 256 + 5 * 768
+
+
+def test_a_tolerance_is_met():
+    r = vq.quad(lambda x: np.exp(x[0] * x[1]), [0, 0], [1, 1], method="pilot", rtol=1e-8, rng=1)
+    assert r.success
+    assert r.integral == pytest.approx(sum(1 / ((k + 1) ** 2 * math.factorial(k)) for k in range(30)), rel=1e-8)
+
+
+def kinds(func: Callable[[np.ndarray], np.ndarray], n: int = 2000) -> set[str]:
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        r = vq.quad(func, [0, 0], [1, 1], n_points=n, method="pilot", rng=1)
+    return {w.kind for w in r.warnings}
+
+
+def test_what_the_samples_do_not_show_is_said():
+    assert kinds(lambda x: 0 * x[0]) == {"zero"}
+    assert kinds(lambda x: np.where(x[0] > 0.5, np.nan, 1.0)) == {"not-finite"}
+    assert kinds(rough) == set()
+    corner = (np.arange(32) + 0.5) / 32  # beside the centres of the grid
+
+    def peak(x: np.ndarray) -> np.ndarray:
+        away = np.min(np.abs(x[:, :, None] - corner), axis=2).max(axis=0)
+        return np.exp(-1e5 * np.square(x - 0.5).sum(axis=0)) * (away > 1e-3)
+
+    assert kinds(peak, 4096) & {"few-samples", "zero"}
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"a": [0] * 4, "b": [1] * 4}, "d = 1 to 3"),
+        ({"sampler": "sobol"}, "sampler='sobol'"),
+        ({"order": 3}, "order=3"),
+        ({"debias": "none"}, "debias='none'"),
+        ({"n_points": 3}, "n_points must be at least 4"),
+    ],
+)
+def test_what_the_rule_does_not_take(arguments, message):
+    limits = {"a": [0, 0], "b": [1, 1]}
+    with pytest.raises(ValueError, match=message):
+        vq.quad(lambda x: pytest.fail("called"), **(limits | arguments), method="pilot")
+
+
+# --- no bias
+
+
+def own_residuals_choose(f: Callable[[np.ndarray], np.ndarray], k: int, rng: np.random.Generator) -> float:
+    """The negative control in d = 1: of the predictions by one and by three centres, the one nearer to the sample."""
+    grid = f((np.arange(k) + 0.5)[None] / k)
+    v = rng.random(k) - 0.5
+    y = f((np.arange(k) + 0.5 + v)[None] / k)
+    i = np.clip(np.arange(k), 1, k - 2)
+    t = v + np.arange(k) - i
+    low, mid, high = grid[i - 1], grid[i], grid[i + 1]
+
+    def parabola(t: np.ndarray) -> np.ndarray:
+        return mid + t * (high - low) / 2 + t * t * (high - 2 * mid + low) / 2
+
+    at = np.arange(k) - i
+    mean = mid + at * (high - low) / 2 + (at * at + 1 / 12) * (high - 2 * mid + low) / 2
+    terms = np.stack([y, mean + y - parabola(t)])
+    nearest = np.argmin(np.abs(np.stack([y - grid, y - parabola(t)])), axis=0)
+    return float(np.take_along_axis(terms, nearest[None], axis=0).mean())
+
+
+def chi_square(estimates: np.ndarray, truth: np.ndarray) -> float:
+    """Σ z² over integrands, of estimates (repetitions, integrands)."""
+    spread = estimates.std(axis=0, ddof=1) / math.sqrt(len(estimates))
+    seen = spread > 1e-15
+    return float(np.square((estimates.mean(axis=0) - truth)[seen] / spread[seen]).sum())
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize(("d", "n", "repetitions"), [(1, 48, 4000), (2, 128, 4000), (3, 400, 1500)])
+def test_unbiased(d, n, repetitions):
+    members = list(instances(d, 2, rng=4))
+    truth = np.array([m.integral for m in members])
+
+    def func(x: np.ndarray) -> np.ndarray:
+        return np.stack([m(x) for m in members])
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vq.IntegrationWarning)
+        found = np.array(
+            [vq.quad(func, np.zeros(d), np.ones(d), n_points=n, method="pilot", threads=1, rng=s).integral
+             for s in range(repetitions)]
+        )  # fmt: skip
+    # 16 degrees of freedom: exceeded once in 10^6
+    assert chi_square(found, truth) < 60
+
+
+@pytest.mark.statistical
+def test_a_choice_by_the_samples_themselves_is_biased():
+    rng = np.random.default_rng(1)
+    k = grid_side(48, 1)
+    members = list(instances(1, 2, rng=4))
+    found = np.array([[own_residuals_choose(m, k, rng) for m in members] for _ in range(1000)])
+    assert chi_square(found, np.array([m.integral for m in members])) > 120
