@@ -21,6 +21,7 @@ extensions = [
 source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # the latter: docs/generated, the pages of the API
 
 templates_path = ["templates"]
+exclude_patterns = ["paper"]  # docs/paper/build.sh makes a PDF of it
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "smartquotes"]
 myst_heading_anchors = 3
