@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 import warnings
 from collections.abc import Callable
 
@@ -212,3 +214,27 @@ def test_a_choice_by_the_samples_themselves_is_biased():
     members = list(instances(1, 2, rng=4))
     found = np.array([[own_residuals_choose(m, k, rng) for m in members] for _ in range(1000)])
     assert chi_square(found, np.array([m.integral for m in members])) > 120
+
+
+PEAK = """
+import resource, sys
+import numpy as np, voroquad as vq
+n, d = int(sys.argv[1]), int(sys.argv[2])
+r = vq.quad(lambda x: np.cos(x.sum(axis=0)), [0] * d, [1] * d, n_points=n, method="pilot", threads=1, rng=1)
+print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024, r.n_evaluations)
+"""
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_memory_grows_with_the_grid_alone(d):
+    """Of a cell there are a value of 8 bytes, its stencil of 1 and its demand of 2; samples come and go."""
+
+    def peak(n: int) -> tuple[int, int]:
+        done = subprocess.run([sys.executable, "-c", PEAK, str(n), str(d)], capture_output=True, text=True, check=True)
+        memory, evaluations = map(int, done.stdout.split())
+        return memory, evaluations
+
+    few, many = peak(1_000_000), peak(10_000_000)
+    assert many[1] > 9_900_000
+    cells = (10_000_000 - 1_000_000) / 4
+    assert many[0] - few[0] < 11 * cells + 12e6
