@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
+
+if TYPE_CHECKING:
+    from scipy.stats import qmc
 
 #: Makes an engine from (d, rng); the classes of `scipy.stats.qmc` do.
-EngineFactory: TypeAlias = Callable[..., qmc.QMCEngine]
+EngineFactory: TypeAlias = "Callable[..., qmc.QMCEngine]"
 BELOW_ONE = np.nextafter(1.0, 0.0)
 
 
@@ -29,6 +31,8 @@ def _draws(engine: qmc.QMCEngine, n: int) -> list[int]:
     It warns where the first draw of a Sobol' engine is no power of two. The number of points is the caller's choice.
     To filter the warning is not safe: the filters belong to the process, and other threads change them too.
     """
+    from scipy.stats import qmc
+
     first = isinstance(engine, qmc.Sobol) and engine.num_generated == 0 and engine.optimization_method is None
     power = 1 << (n.bit_length() - 1)
     return [power, n - power] if first and power < n else [n]

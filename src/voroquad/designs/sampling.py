@@ -4,16 +4,18 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any, TypeAlias
+from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.stats import qmc
 
 from .._support.checks import one_of, positive_int, refuse_transposed, unit_points
 from .design import DESIGNS, SAMPLERS, design_of
 from .engines import EngineFactory, design_name, engine_points, on_a_lattice
 from .grids import grid_shape, stratum_index
+
+if TYPE_CHECKING:
+    from scipy.stats import qmc
 
 Rng: TypeAlias = int | np.random.Generator | None
 
@@ -154,8 +156,11 @@ def sample(
     """
     n = positive_int("n", n)
     batch = 1 if sets is None else positive_int("sets", sets)
-    if isinstance(sampler, qmc.QMCEngine):
-        return _from_engine(sampler, n, d, sets)
+    if not isinstance(sampler, str):
+        from scipy.stats import qmc
+
+        if isinstance(sampler, qmc.QMCEngine):
+            return _from_engine(sampler, n, d, sets)
     d = 1 if d is None else positive_int("d", d)
     generator = as_generator(rng)
     if callable(sampler):

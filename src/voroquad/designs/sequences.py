@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from .engines import BELOW_ONE, engine_points
 
@@ -22,6 +21,8 @@ def sobol(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.flo
 
 def halton(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
     """Halton points (sets, n, d), scrambled by random permutations of their digits."""
+    from scipy.stats import qmc
+
     return np.stack([engine_points(qmc.Halton(d, scramble=True, rng=r), n) for r in rng.spawn(sets)])
 
 
@@ -35,6 +36,8 @@ def _sobol_digits(n: int, d: int) -> NDArray[np.uint64]:
     """The first n Sobol' points (n, d) as 32-bit integers."""
     if n > 2**_BITS:
         raise ValueError(f"Sobol' points are made from {_BITS} digits: n must be at most 2^{_BITS}, got {n}")
+    from scipy.stats import qmc
+
     engine = qmc.Sobol(d, scramble=False, bits=_BITS)
     points = engine_points(engine, n)
     return (points * 2.0**_BITS).astype(np.uint64)

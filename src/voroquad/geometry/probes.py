@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
-from scipy.stats import qmc
 
 Array = NDArray[np.float64]
 
@@ -39,6 +38,8 @@ def probed_measures(points: Array, threads: int, sides: Array | None = None) -> 
     cell of measure v with a standard error of (v (1 − v) / M)^½, 6 % of a cell of measure 1/n, and add
     1/256 of the variance of the plain mean to an estimate; Sobol' points do no worse to speak of.
     """
+    from scipy.stats import qmc
+
     if points.ndim == 3:
         return np.stack([probed_measures(one, threads, sides) for one in points])
     n, d = points.shape

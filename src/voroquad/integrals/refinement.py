@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import stdtrit
 
 from .diagnostics import Diagnoses, diagnosis
 from .estimates import Estimate
@@ -111,7 +111,7 @@ def _judge(wanted: Tolerance, last: Estimate, most: int, diagnoses: Diagnoses) -
 
 def _half_interval(estimate: Estimate) -> Array:
     """Half the width of the 95 % interval."""
-    return float(stats.t.ppf(0.975, estimate.degrees_of_freedom)) * estimate.error
+    return float(stdtrit(estimate.degrees_of_freedom, 0.975)) * estimate.error
 
 
 def _is_zero(wanted: Tolerance, estimate: Estimate) -> bool:

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy import stats
+from scipy.special import stdtrit
 
 from .._support.numbers import with_uncertainty
 from .components import FEWEST_ERRORS, Components, Linked
@@ -185,7 +185,7 @@ class QuadResult:
         """
         if not 0 < level < 1:
             raise ValueError(f"level must be between 0 and 1, got {level!r}; 0.95 is the usual one")
-        factor = float(stats.t.ppf((1 + level) / 2, self.degrees_of_freedom))
+        factor = float(stdtrit(self.degrees_of_freedom, (1 + level) / 2))
         low = mapped(lambda value, error: value - factor * error, self.integral, self.standard_error)
         high = mapped(lambda value, error: value + factor * error, self.integral, self.standard_error)
         return ConfidenceInterval(low, high)

@@ -12,14 +12,14 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy import stats
+from scipy.special import ndtri, stdtrit
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.intp]
 
 #: The level at which intervals of several kinds are compared.
 LEVEL = 0.975
-NORMAL = float(stats.norm.ppf(LEVEL))
+NORMAL = float(ndtri(LEVEL))
 
 #: What the squared correction of a stratum at an end of the line counts at least: there the parabola is extrapolated.
 OF_ENDS = 0.25
@@ -110,9 +110,9 @@ def _widest(plain: list[Array], error: Array, freedom: Array) -> ErrorBar:
     Its degrees of freedom are those told, at least :data:`FEWEST_DEGREES`; the error makes its interval as wide.
     """
     normal = np.max(plain, axis=0)
-    student = stats.t.ppf(LEVEL, freedom) * error
+    student = stdtrit(freedom, LEVEL) * error
     told = np.where(student > NORMAL * normal, np.maximum(freedom, FEWEST_DEGREES), np.inf)
-    return ErrorBar(np.fmax(student, NORMAL * normal) / stats.t.ppf(LEVEL, told), told)
+    return ErrorBar(np.fmax(student, NORMAL * normal) / stdtrit(told, LEVEL), told)
 
 
 def _effective(variances: Array, each: Array | float = 1.0) -> Array:

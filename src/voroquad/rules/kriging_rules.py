@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.stats import qmc
 
 from .._support.blas import one_blas_thread
 from .kriging import Kriging, Measures, Model, model
@@ -105,6 +104,8 @@ def predicting(strata: tuple[int, ...]) -> Indices:
     n = math.prod(strata)
     if n <= MOST:
         return np.arange(n)
+    from scipy.stats import qmc
+
     met = qmc.Halton(len(strata), scramble=False).random(16 * MOST) * strata
     numbers = np.ravel_multi_index(tuple(met.astype(np.intp).T), strata)
     first = np.sort(np.unique(numbers, return_index=True)[1])[:MOST]
