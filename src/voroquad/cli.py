@@ -164,14 +164,17 @@ Store = Annotated[
 @app.command()
 def study(
     output: Output,
-    suite: Annotated[str, typer.Option(help="talk: the talk's study; genz: vq.quad and its peers.")] = "talk",
+    suite: Annotated[
+        str, typer.Option(help="talk: the talk's study; genz: vq.quad and its peers; coverage: its error bars.")
+    ] = "talk",
     replicates: Annotated[
-        int | None, typer.Option(help="Sample sets behind every MSE: 1000, twice as many up to N = 512; genz: 50.")
+        int | None, typer.Option(help="Sample sets: 1000, twice as many up to N = 512; genz: 50; coverage: 200.")
     ] = None,
     max_n: Annotated[
-        int | None, typer.Option(help="Largest number of samples: 4096, from 32 up; genz: 2048, from 128 up.")
+        int | None,
+        typer.Option(help="Largest number of samples: 4096, from 32 up; genz: 2048, from 128 up; coverage: 1024."),
     ] = None,
-    dimensions: Annotated[str | None, typer.Option(help="Of genz, such as 1,2,3.")] = None,
+    dimensions: Annotated[str | None, typer.Option(help="Of genz and coverage, such as 1,2,3.")] = None,
     peers: Annotated[
         str | None, typer.Option(help="Of genz, such as qmc_quad,vegas; default: those installed.")
     ] = None,

@@ -10,7 +10,7 @@ from typing import Any
 
 from .._support.checks import one_of
 from ..results.manifest import Results
-from . import genz_suite, run
+from . import coverage_suite, genz_suite, run
 
 
 @dataclass(frozen=True)
@@ -24,6 +24,7 @@ class Suite:
 SUITES = {
     "talk": Suite(run.run_study, run.summary),
     "genz": Suite(genz_suite.run_genz, genz_suite.summary),
+    "coverage": Suite(coverage_suite.run_coverage, coverage_suite.summary),
 }
 
 
