@@ -6,8 +6,6 @@ import logging
 import os
 from typing import Any
 
-from jinja2 import Environment, PackageLoader, Template
-
 from .._support.extras import install_hint
 
 try:
@@ -20,16 +18,16 @@ try:
     from bokeh.server.server import BaseServer
     from bokeh.server.tornado import BokehTornado
     from bokeh.server.views.ws import WSHandler
+    from jinja2 import Environment, PackageLoader, Template
+    from tornado.httpserver import HTTPServer
+    from tornado.httputil import HTTPHeaders, HTTPMessageDelegate, HTTPServerRequest
+    from tornado.ioloop import IOLoop
+    from tornado.netutil import bind_sockets
+    from tornado.web import ErrorHandler, OutputTransform
 
     from .explorer import Explorer
 except ImportError as error:
     raise ImportError(f"the explorer needs Bokeh; {install_hint('explore')}", name="bokeh") from error
-
-from tornado.httpserver import HTTPServer
-from tornado.httputil import HTTPHeaders, HTTPMessageDelegate, HTTPServerRequest
-from tornado.ioloop import IOLoop
-from tornado.netutil import bind_sockets
-from tornado.web import ErrorHandler, OutputTransform
 
 LOOPBACK = "127.0.0.1"
 
