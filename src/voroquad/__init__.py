@@ -31,18 +31,39 @@ if TYPE_CHECKING:
     from .rules.bias import bias_function
     from .rules.registry import weights
     from .sample_tables import SampleTable
+from .designs.sampling import SampleSet, sample
+from .geometry.cells import Cells, cells
+from .geometry.density_compensation import density_compensation
+from .geometry.neighbours import Neighbours
+from .geometry.shapes import Polygons, Polyhedra
+from .geometry.sphere import sphere_points, sphere_weights
+from .geometry.triangulation import Triangulation
+from .integrals.diagnostics import IntegrationWarning
+from .integrals.domains import Ball, Polygon, Polytope, Simplex, SphereSurface, Triangle
+from .integrals.measures import PiecewiseUniform, ProductMeasure
+from .integrals.quad import quad
+from .integrals.result import QuadResult
+from .rules.bias import bias_function
+from .rules.registry import weights
+from .sample_tables import SampleTable
 
 __all__ = [
+    "Ball",
     "Cells",
     "IntegrationWarning",
     "Neighbours",
     "PiecewiseUniform",
+    "Polygon",
     "Polygons",
     "Polyhedra",
+    "Polytope",
     "ProductMeasure",
     "QuadResult",
     "SampleSet",
     "SampleTable",
+    "Simplex",
+    "SphereSurface",
+    "Triangle",
     "Triangulation",
     "bias_function",
     "cells",

@@ -212,3 +212,40 @@ def test_the_guide_runs():
     names: dict[str, object] = {}
     for block in re.findall(r"```python\n(.*?)```", guide.read_text(encoding="utf-8"), re.DOTALL):
         exec(block, names)
+
+
+# ---------------------------------------------------------------------- quad
+
+
+def test_expectations_by_quad():
+    m = vq.ProductMeasure(scipy.stats.norm(1, 2), scipy.stats.expon())
+    r = vq.quad(lambda x: np.stack([x[0] ** 2, x[0] * x[1], np.ones(x.shape[1])]), measure=m, n_points=4096, rng=1)
+    exact = np.array([5, 1, 1])
+    assert (abs(r.integral - exact) < 5 * r.standard_error + 1e-12).all()
+    assert (r.standard_error < 2e-2).all()
+
+
+@pytest.mark.parametrize("measures", [None, [[0.5, 2.0], [0.0, 1.0]]])
+def test_quad_over_pieces_of_a_measure(measures):
+    """The mass of each piece is spread evenly over it, and its samples are its share of n_points."""
+    m = vq.PiecewiseUniform([[0, 0.2, 1], [0, 0.5, 1]], counts=[[9, 3], [3, 1]], measures=measures)
+    seen = []
+    r = vq.quad(lambda x: seen.append(x) or x[0] * x[1], measure=m, n_points=1600, rng=1)
+    means = np.outer([0.1, 0.6], [0.25, 0.75])
+    masses = np.outer([0.2, 0.8], [0.5, 0.5]) if measures is None else np.array(measures)
+    assert r.integral == pytest.approx((means * masses).sum(), rel=1e-9)
+    assert [x.shape[1] for x in seen] == [900, 289, 289, 100]  # squares up to 900, 300, 300, 100
+    assert seen[0].max(axis=1).tolist() < [0.2, 0.5]
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"measure": scipy.stats.norm()}, "measure must be a vq.ProductMeasure or a vq.PiecewiseUniform, got rv_"),
+        ({"a": 0, "b": 1, "measure": vq.ProductMeasure(scipy.stats.norm())}, "give limits, a domain or a measure, not"),
+        ({"a": vq.ProductMeasure(scipy.stats.norm())}, r"a is a ProductMeasure; write quad\(func, measure=...\)"),
+    ],
+)
+def test_what_quad_takes_for_a_measure(arguments, message):
+    with pytest.raises(ValueError, match=message):
+        vq.quad(lambda x: x[0], **arguments)

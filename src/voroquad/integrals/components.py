@@ -74,6 +74,17 @@ class Linked:
         return bool((np.abs(self.value) < FEWEST_ERRORS * np.abs(self.error)).any())
 
 
+def scaled_deviations(estimate: Estimate) -> NDArray[np.float64] | None:
+    """Deviations (fields, m) whose squares sum to those of the errors without rounding; None if there are none."""
+    error, rounding = estimate.error, estimate.rounding
+    own = np.sqrt(np.maximum(error - rounding, 0)) * np.sqrt(error + rounding)  # no square overflows
+    deviations = np.ones((1, 1)) if len(own) == 1 else estimate.deviations
+    if deviations is None:
+        return None
+    size = np.sqrt(np.square(deviations).sum(axis=1))
+    return deviations * np.divide(own, size, out=np.zeros_like(own), where=size > 0)[:, None]
+
+
 @dataclass(frozen=True)
 class Components:
     """The components of an estimate in the form of func's values.
@@ -92,14 +103,10 @@ class Components:
     @classmethod
     def of(cls, estimate: Estimate, form: Form) -> Components | None:
         """Those of an estimate; None if it does not tell how the errors of several components are linked."""
-        error, rounding = estimate.error, estimate.rounding
-        own = np.sqrt(np.maximum(error - rounding, 0)) * np.sqrt(error + rounding)  # no square overflows
-        deviations = np.ones((1, 1)) if len(own) == 1 else estimate.deviations
+        deviations = scaled_deviations(estimate)
         if deviations is None:
             return None
-        size = np.sqrt(np.square(deviations).sum(axis=1))
-        scale = np.divide(own, size, out=np.zeros_like(own), where=size > 0)
-        return cls(form, Linked(estimate.mean, deviations * scale[:, None], estimate.rounding))
+        return cls(form, Linked(estimate.mean, deviations, estimate.rounding))
 
     def linear(self, c: Any) -> Linked:
         """The sum of all components times c, which is of the shape or structure of the integral.

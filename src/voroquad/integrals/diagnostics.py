@@ -74,7 +74,7 @@ def diagnosis(kind: str, **details: Any) -> IntegrationWarning:
 def issue(warning: IntegrationWarning) -> None:
     """Issue a warning that points at the line which called into this package."""
     frame, level = sys._getframe(), 1
-    while frame.f_globals["__name__"].startswith(f"{__package__}.") and frame.f_back is not None:
+    while str(frame.f_globals.get("__name__")).startswith(f"{__package__}.") and frame.f_back is not None:
         frame, level = frame.f_back, level + 1
     warnings.warn(warning, stacklevel=level)
 

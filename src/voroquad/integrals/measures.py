@@ -14,6 +14,8 @@ from .._support.checks import positive_int, real_numbers, refuse_masks, unit_poi
 from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, SampleSet, sample
 from ..rules.registry import weights as unit_weights
+from .pieces import Part
+from .regions import WeighedBox
 
 
 class Distribution(Protocol):
@@ -135,6 +137,15 @@ class ProductMeasure:
             raise ValueError(f"x[{_shown(first)}] = {x[first].tolist()} is not in the support, {support}; drop it")
         u = np.stack([t.cdf(x[..., a]) for a, t in enumerate(self.distributions)], axis=-1)
         return _unit_weights(np.clip(u, 0, 1), threads=threads)
+
+    def pull_back(self, u: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Points T(u) (d, n) at u (d, n) of the unit box, and their volume element under this measure: 1."""
+        return self.transform(u.T).T, np.ones(u.shape[1])
+
+    @property
+    def empty(self) -> bool:
+        """Whether it has no mass: False."""
+        return False
 
     def _inverse_cdf(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
         inverses = [t.ppf if hasattr(t, "ppf") else t.icdf for t in self.distributions]
@@ -368,6 +379,11 @@ class PiecewiseUniform:
             ],
             axis=-1,
         )
+
+    def parts(self) -> list[Part]:
+        """Its pieces as :func:`voroquad.quad` integrates over them, each with its share of the samples."""
+        boxes = zip(self.lower, self.upper, self.measures, self.counts, strict=True)
+        return [Part(WeighedBox(low, high, mass), count / self.n) for low, high, mass, count in boxes]
 
     def _split(self, points: ArrayLike) -> list[NDArray[np.float64]]:
         """Each piece's points, moved to the unit box."""

@@ -13,11 +13,15 @@ from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, as_generator
 from ..rules.registry import DEBIAS
 from .diagnostics import IntegrationWarning, diagnosis
+from .estimates import Estimate
 from .evaluation import Function
 from .integrand import Integrand
+from .measures import PiecewiseUniform, ProductMeasure
 from .methods import estimator
+from .pieces import Sum
+from .places import parts_of
 from .refinement import refine, tolerance
-from .regions import region_of
+from .regions import Region
 from .result import QuadResult
 from .workers import mapping
 
@@ -56,9 +60,10 @@ def _answer_others(function: Callable[P, R]) -> Callable[P, R]:
 @_answer_others
 def quad(
     func: Callable[..., Any],
-    a: Any,
-    b: Any,
+    a: Any = None,
+    b: Any = None,
     *,
+    measure: ProductMeasure | PiecewiseUniform | None = None,
     args: tuple[Any, ...] = (),
     kwargs: Mapping[str, Any] | None = None,
     vectorized: bool = True,
@@ -78,7 +83,7 @@ def quad(
     workers: int | Callable[..., Any] = 1,
     threads: int | None = None,
 ) -> QuadResult:
-    """Integrate a function over a box.
+    """Integrate a function over a box or another domain, or against a measure.
 
     Parameters
     ----------
@@ -91,6 +96,12 @@ def quad(
         gets points of their library and dtype, on their device, and the results are such arrays too. In a list, limits
         of coordinate i may be callables of the coordinates after it, x_{i+1}, …, x_{d−1}, as `scipy.integrate.nquad`
         takes them; they get and return arrays (n,).
+        Or `a` is a domain and there is no `b`: a :class:`~voroquad.Triangle`, :class:`~voroquad.Simplex`,
+        :class:`~voroquad.Ball`, :class:`~voroquad.SphereSurface`, :class:`~voroquad.Polygon` or
+        :class:`~voroquad.Polytope`.
+    measure : ProductMeasure or PiecewiseUniform, optional
+        In place of limits: ∫ f dμ, an expectation for a probability measure. The pieces of a PiecewiseUniform have
+        n_points in proportion to their counts.
     args, kwargs : tuple, mapping
         Further arguments of func.
     vectorized : bool
@@ -195,10 +206,15 @@ def quad(
     order = int(order) if isinstance(order, np.integer) else order
     batch = None if batch is None else positive_int("batch", batch)
     generator = as_generator(rng)
-    region, library = region_of(a, b, loc, scale)
+    places, library = parts_of(a, b, measure, loc, scale)
     with mapping(workers, (func, args, kwargs)) as (spread, parts):
-        integrand = Integrand(Function(func, library, args, kwargs, vectorized, spread, parts), region, batch)
-        estimate = estimator(integrand, n_points, method, sampler, order, debias, n_estimates, generator, threads)
+        function = Function(func, library, args, kwargs, vectorized, spread, parts)
+
+        def estimate_over(region: Region) -> Callable[[int], Estimate]:
+            integrand = Integrand(function, region, batch)
+            return estimator(integrand, n_points, method, sampler, order, debias, n_estimates, generator, threads)
+
+        estimate = Sum(places, estimate_over)
         if wanted is None:
             found = estimate(n_points)
         else:
@@ -207,13 +223,13 @@ def quad(
                 raise ValueError(f"max_evaluations must be at least n_estimates = {n_estimates}, got {most}")
             found = refine(
                 lambda n: estimate(n // n_estimates),
-                wanted, n_points * n_estimates, most, integrand.d, integrand.diagnoses,
+                wanted, n_points * n_estimates, most, places[0].region.d, function.diagnoses,
             )  # fmt: skip
     for warning in found.warnings:
-        kept = _zeros_of_both_parts(warning, integrand.function) if warning.kind == "zero" else warning
+        kept = _zeros_of_both_parts(warning, function) if warning.kind == "zero" else warning
         if kept:
-            integrand.diagnoses.add(kept)
-    return QuadResult.of(found, integrand.function)
+            function.diagnoses.add(kept)
+    return QuadResult.of(found, function)
 
 
 def _zeros_of_both_parts(warning: IntegrationWarning, function: Function) -> IntegrationWarning | None:

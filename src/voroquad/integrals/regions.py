@@ -79,6 +79,25 @@ class Box:
         return inside(x, a, b, self._library), self.sign * np.prod(jacobian, axis=0)
 
 
+class WeighedBox:
+    """A box [low, high] of R^d with a mass that is spread evenly over it."""
+
+    empty = False
+
+    def __init__(self, low: Array, high: Array, mass: float):
+        self.low, self.high, self.mass = low[:, None], high[:, None], mass
+
+    @property
+    def d(self) -> int:
+        """Dimension."""
+        return len(self.low)
+
+    def pull_back(self, u: Array) -> tuple[Array, Array]:
+        """Points x (d, n) and their mass element (n,), which is constant, at u (d, n)."""
+        x = np.clip(self.low + (self.high - self.low) * u, self.low, np.nextafter(self.high, self.low))
+        return x, np.full(u.shape[1], self.mass)
+
+
 class IteratedBox:
     """x_i from a_i to b_i, where limits may be functions of the coordinates after x_i, as `scipy.integrate.nquad` has.
 
@@ -226,16 +245,3 @@ def _limit_at(name: str, limit: Limit, after: list[NDArray[Any]], n: int) -> Arr
             f"({n},), got shape {values.shape}"
         )
     return np.broadcast_to(values, n).astype(np.float64)
-
-
-def region_of(a: Any, b: Any, loc: Any = 0.0, scale: Any = 1.0) -> tuple[Region, Library]:
-    """The region that the limits of :func:`voroquad.quad` describe, and the array library of func's points."""
-    if a is None or b is None:
-        raise ValueError("a and b: give both limits, as quad(func, 0, 1) does")
-    if not any(isinstance(x, list | tuple) and any(map(callable, x)) for x in (a, b)):
-        library = Library.of(a, b)
-        return Box(a, b, library, loc, scale), library
-    d = max(len(x) if isinstance(x, list | tuple) else np.size(x) for x in (a, b))
-    low, high = (x if np.ndim(x) or isinstance(x, list | tuple) else [x] * d for x in (a, b))
-    library = Library.of(0, 1)
-    return IteratedBox(list(low), list(high), library, loc, scale), library

@@ -1,0 +1,382 @@
+"""Bodies and surfaces to integrate over: smooth maps from the unit box, with their volume elements."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.spatial import Delaunay, QhullError
+from scipy.special import betaincinv
+
+from .._support.checks import real_numbers
+from .pieces import Part
+from .trapezoids import Trapezoid, trapezoids
+
+Array = NDArray[np.float64]
+
+#: Up to this dimension of the box maps are smooth, above it points are uniform (benchmarks/domain_maps.py).
+SMOOTH = 3
+
+#: A simplex with less of the volume of its polytope than this is flat but for rounding.
+FLAT = 1e-14
+
+
+class Simplex:
+    r"""Triangle, tetrahedron, …: the convex hull of k + 1 points in R^d, k ≤ d. Where k < d it is a surface.
+
+    Parameters
+    ----------
+    vertices : array_like, (k + 1, d)
+        Its corners.
+
+    Raises
+    ------
+    ValueError
+        Too few or too many corners, or corners that span less than k dimensions.
+
+    Notes
+    -----
+    For k ≤ 3 the map is x = v_0 + u_1 (v_1 − v_0) + u_1 u_2 (v_2 − v_1) + …, with the volume element
+    k! \|S\| u_1^(k−1) u_2^(k−2) … u_{k−1}: a polynomial, so that smooth functions stay smooth and every rule keeps its
+    rate. (No map of a square onto a triangle is smooth and has a constant volume element: a corner has to go.) For
+    larger k, where that is worth less than even points, u_i^(1/(k−i+1)) takes the place of u_i, and points are uniform.
+
+    Examples
+    --------
+    >>> import voroquad as vq
+    >>> corner = vq.Simplex([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]])
+    >>> r = vq.quad(lambda x: x[0] * x[1] * x[2], corner, rng=7)
+    >>> bool(abs(r.integral - 1 / 720) < 5 * r.standard_error)
+    True
+    """
+
+    empty = False
+
+    def __init__(self, vertices: ArrayLike):
+        self.vertices = _points("vertices", vertices)
+        k, d = len(self.vertices) - 1, self.vertices.shape[1]
+        if not 1 <= k <= d:
+            raise ValueError(f"vertices must be 2 to {d + 1} points of R^{d}, got {k + 1}")
+        edges = np.diff(self.vertices, axis=0)
+        volume = math.sqrt(max(0.0, np.linalg.det(edges @ edges.T))) / math.factorial(k)
+        sizes = np.linalg.norm(edges, axis=1)
+        if not volume > 1e-15 * np.prod(sizes):
+            raise ValueError(f"vertices must span {k} dimensions, got {self.vertices.tolist()}; drop what is flat")
+        self.volume = float(volume)
+        self._edges, self._powers = edges, np.arange(k - 1, -1, -1.0)
+
+    @property
+    def d(self) -> int:
+        """Dimension of the simplex, k."""
+        return len(self.vertices) - 1
+
+    def pull_back(self, u: Array) -> tuple[Array, Array]:
+        """Points x (d, n) and the volume element (n,) at u (k, n) of the unit box."""
+        powers = self._powers[:, None]
+        if self.d > SMOOTH:
+            u, element = u ** (1 / (powers + 1)), np.full(u.shape[1], self.volume)
+        else:
+            element = self.volume * math.factorial(self.d) * np.prod(u**powers, axis=0)
+        return self.vertices[0][:, None] + self._edges.T @ np.cumprod(u, axis=0), element
+
+
+class Triangle(Simplex):
+    """Triangle in the plane or in space.
+
+    Parameters
+    ----------
+    vertices : array_like, (3, d)
+        Its corners, d ≥ 2.
+
+    Examples
+    --------
+    >>> import voroquad as vq
+    >>> r = vq.quad(lambda x: x[0] * x[1], vq.Triangle([[0, 0], [1, 0], [0, 1]]), rng=7)
+    >>> round(24 * r.integral, 9)
+    1.0
+    """
+
+    def __init__(self, vertices: ArrayLike):
+        super().__init__(vertices)
+        if self.d != 2:
+            raise ValueError(f"vertices must be three points, got {len(self.vertices)}; vq.Simplex takes other numbers")
+
+
+class SphereSurface:
+    """The points at a distance from a centre: a circle, a sphere, … in R^d, d ≥ 2.
+
+    Parameters
+    ----------
+    center : array_like, (d,)
+        Its centre; the origin of space by default.
+    radius : float
+        Its radius.
+
+    Raises
+    ------
+    ValueError
+        A centre of fewer than two coordinates, a radius that is not positive.
+
+    Notes
+    -----
+    Up to d = 4 the map is that of spherical coordinates: angles π u_1, …, π u_{d−2} and 2π u_{d−1}, with the volume
+    element sin^(d−2)(π u_1) …, so that smooth functions stay smooth. (With cos θ in place of θ points would be uniform,
+    and functions would have a root at the poles.) Above, the angles are quantiles of these densities and points are
+    uniform.
+
+    Examples
+    --------
+    >>> import math, voroquad as vq
+    >>> r = vq.quad(lambda x: x[2] ** 2, vq.SphereSurface(), rng=7)
+    >>> bool(abs(r.integral - 4 * math.pi / 3) < 5 * r.standard_error)
+    True
+    """
+
+    empty = False
+
+    def __init__(self, center: ArrayLike = (0.0, 0.0, 0.0), radius: float = 1.0):
+        self.center, self.radius = _center(center, 2), _positive("radius", radius)
+
+    @property
+    def d(self) -> int:
+        """Dimension of the surface."""
+        return len(self.center) - 1
+
+    @property
+    def volume(self) -> float:
+        """Length, area, …"""
+        d = len(self.center)
+        return float(2 * math.pi ** (d / 2) / math.gamma(d / 2) * self.radius ** (d - 1))
+
+    def pull_back(self, u: Array) -> tuple[Array, Array]:
+        """Points x (d, n) and the volume element (n,) at u (d − 1, n) of the unit box."""
+        directions, element = _directions(u, uniform=self.d > SMOOTH)
+        return self.center[:, None] + self.radius * directions, element * self.radius**self.d
+
+
+class Ball:
+    """The points closer to a centre than a radius: an interval, a disc, a ball, … in R^d.
+
+    Parameters
+    ----------
+    center : array_like, (d,)
+        Its centre; the origin of space by default.
+    radius : float
+        Its radius.
+
+    Raises
+    ------
+    ValueError
+        A centre without coordinates, a radius that is not positive.
+
+    Notes
+    -----
+    The map is that of polar or spherical coordinates, with the radius R u_0 and the angles of :class:`SphereSurface`,
+    and the volume element R^d u_0^(d−1) sin^(d−2)(π u_1) … . Above d = 3 points are uniform; the radius is R u_0^(1/d).
+
+    Examples
+    --------
+    >>> import math, voroquad as vq
+    >>> r = vq.quad(lambda x: x[0] ** 2, vq.Ball([0, 0], 2), rng=7)
+    >>> bool(abs(r.integral - 4 * math.pi) < 5 * r.standard_error)
+    True
+    """
+
+    empty = False
+
+    def __init__(self, center: ArrayLike = (0.0, 0.0, 0.0), radius: float = 1.0):
+        self.center, self.radius = _center(center, 1), _positive("radius", radius)
+
+    @property
+    def d(self) -> int:
+        """Dimension."""
+        return len(self.center)
+
+    @property
+    def volume(self) -> float:
+        """Length, area, volume, …"""
+        return float(math.pi ** (self.d / 2) / math.gamma(self.d / 2 + 1) * self.radius**self.d)
+
+    def pull_back(self, u: Array) -> tuple[Array, Array]:
+        """Points x (d, n) and the volume element (n,) at u (d, n) of the unit box."""
+        if self.d == 1:
+            return self.center[:, None] + self.radius * (2 * u - 1), np.full(u.shape[1], 2 * self.radius)
+        uniform = self.d > SMOOTH
+        directions, element = _directions(u[1:], uniform)
+        if uniform:
+            r, element = u[0] ** (1 / self.d), element / self.d
+        else:
+            r, element = u[0], element * u[0] ** (self.d - 1)
+        return self.center[:, None] + self.radius * r * directions, element * self.radius**self.d
+
+
+class Polygon:
+    """Polygon of the plane, convex or not, with holes.
+
+    Parameters
+    ----------
+    vertices : array_like, (m, 2)
+        Its corners in order, either way round.
+    holes : sequence of array_like, (m_i, 2)
+        Polygons that are cut out. They lie inside and do not overlap.
+
+    Raises
+    ------
+    ValueError
+        Fewer than three corners, sides that cross, holes that overlap or lie outside.
+
+    Notes
+    -----
+    It is cut into trapezoids with two sides parallel to the y axis. Each is the image of the unit square, with the
+    area element (x_1 − x_0) (y_1(x) − y_0(x)), and has samples of its own in proportion to its area; the estimate is
+    the sum of theirs. Neighbours with fewer than 16 samples each share a set, whose first coordinate chooses.
+
+    Examples
+    --------
+    A frame:
+
+    >>> import voroquad as vq
+    >>> frame = vq.Polygon([[0, 0], [3, 0], [3, 3], [0, 3]], holes=[[[1, 1], [2, 1], [2, 2], [1, 2]]])
+    >>> r = vq.quad(lambda x: x[0] ** 2, frame, rng=7)
+    >>> round(3 * r.integral, 9)  # 3 (27 − 7/3)
+    74.0
+    """
+
+    def __init__(self, vertices: ArrayLike, holes: Any = ()):
+        self.vertices = _ring("vertices", vertices)
+        self.holes = tuple(_ring(f"holes[{i}]", hole) for i, hole in enumerate(holes))
+        found = trapezoids([self.vertices, *self.holes])
+        self.volume = math.fsum(t.volume for t in found)
+        expected = _area(self.vertices) - math.fsum(_area(hole) for hole in self.holes)
+        if abs(self.volume - expected) > 1e-9 * _area(self.vertices):
+            raise ValueError(
+                f"holes must lie inside the polygon and not overlap; outside minus holes is {expected:.6g}, but the "
+                f"area within an odd number of rings {self.volume:.6g}"
+            )
+        self.trapezoids: tuple[Trapezoid, ...] = tuple(found)
+
+    def parts(self) -> list[Part]:
+        """The trapezoids, each with its share of the samples."""
+        return [Part(t, t.volume / self.volume) for t in self.trapezoids]
+
+
+class Polytope:
+    """Polytope of R^d as a union of simplices.
+
+    Parameters
+    ----------
+    vertices : array_like, (m, d)
+        Points.
+    simplices : array_like of int, (k, d + 1), optional
+        Numbers of the corners of simplices that do not overlap, such as those of a tetrahedral mesh; by default those
+        of the Delaunay triangulation, whose union is the convex hull of the points.
+
+    Raises
+    ------
+    ValueError
+        Points that span less than d dimensions, numbers of corners that do not exist, a flat simplex among those given.
+
+    Notes
+    -----
+    Each :class:`Simplex` has samples of its own in proportion to its volume; the estimate is the sum of theirs.
+
+    Examples
+    --------
+    >>> import voroquad as vq
+    >>> octahedron = vq.Polytope([[1, 0, 0], [-1, 0, 0], [0, 1, 0], [0, -1, 0], [0, 0, 1], [0, 0, -1]])
+    >>> r = vq.quad(lambda x: x[0] ** 2, octahedron, rng=7)
+    >>> bool(abs(r.integral - 2 / 15) < 5 * r.standard_error), round(3 * octahedron.volume, 12)
+    (True, 4.0)
+    """
+
+    def __init__(self, vertices: ArrayLike, simplices: ArrayLike | None = None):
+        self.vertices = _points("vertices", vertices)
+        d = self.vertices.shape[1]
+        if simplices is None:
+            try:
+                corners = self.vertices[Delaunay(self.vertices).simplices]
+            except (QhullError, ValueError) as error:
+                raise ValueError(f"vertices must be {d + 1} points or more that span {d} dimensions") from error
+            volumes = np.abs(np.linalg.det(np.diff(corners, axis=1)))
+            corners = corners[volumes > FLAT * volumes.sum()]
+        else:
+            corners = self.vertices[_numbers_of_corners(simplices, self.vertices)]
+        self.simplices = tuple(Simplex(c) for c in corners)
+        self.volume = math.fsum(s.volume for s in self.simplices)
+
+    def parts(self) -> list[Part]:
+        """The simplices, each with its share of the samples."""
+        return [Part(s, s.volume / self.volume) for s in self.simplices]
+
+
+def _directions(u: Array, uniform: bool) -> tuple[Array, Array]:
+    """Unit vectors (d, n) by d − 1 angles at u (d − 1, n), and the area element (n,) of the unit sphere.
+
+    The angle θ_i has the density sin^k θ_i, k = d − 1 − i. Its quantiles are those of a beta distribution of
+    (1 − cos θ)/2 with both parameters (k + 1)/2.
+    """
+    d = len(u) + 1
+    x, sines, element = np.empty((d, u.shape[1])), np.ones(u.shape[1]), np.full(u.shape[1], 2 * math.pi)
+    for i in range(d - 2):
+        k = d - 2 - i
+        if uniform:
+            angle = np.arccos(1 - 2 * betaincinv((k + 1) / 2, (k + 1) / 2, u[i]))
+            element *= math.sqrt(math.pi) * math.gamma((k + 1) / 2) / math.gamma(k / 2 + 1)
+        else:
+            angle = math.pi * u[i]
+            element *= math.pi * np.sin(angle) ** k
+        x[i] = sines * np.cos(angle)
+        sines = sines * np.sin(angle)
+    x[-2], x[-1] = sines * np.cos(2 * math.pi * u[-1]), sines * np.sin(2 * math.pi * u[-1])
+    return x, element
+
+
+def _points(name: str, given: ArrayLike) -> Array:
+    points = real_numbers(name, given)
+    if points.ndim != 2 or points.size == 0 or not np.isfinite(points).all():
+        raise ValueError(f"{name} must be finite points (m, d), got shape {points.shape}")
+    return points
+
+
+def _ring(name: str, given: ArrayLike) -> Array:
+    """Corners (m, 2) of a polygon, the last of which is not the first one again."""
+    ring = _points(name, given)
+    if ring.shape[1] != 2:
+        raise ValueError(f"{name} must be points of the plane (m, 2), got shape {ring.shape}")
+    ring = ring[(ring != np.roll(ring, 1, axis=0)).any(axis=1)]
+    if len(ring) < 3:
+        raise ValueError(f"{name} must have three corners or more that differ, got {len(ring)}")
+    return ring
+
+
+def _area(ring: Array) -> float:
+    """Area within a ring."""
+    x, y = (ring - ring[0]).T
+    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
+
+
+def _center(given: ArrayLike, least: int) -> Array:
+    center = real_numbers("center", given)
+    if center.ndim != 1 or center.size < least or not np.isfinite(center).all():
+        raise ValueError(f"center must be {least} or more finite coordinates (d,), got {given!r}")
+    return center
+
+
+def _positive(name: str, value: float) -> float:
+    number = real_numbers(name, value)
+    if number.ndim or not 0 < number < math.inf:
+        raise ValueError(f"{name} must be a positive number, got {value!r}")
+    return float(number)
+
+
+def _numbers_of_corners(given: ArrayLike, vertices: Array) -> NDArray[np.intp]:
+    """Numbers of corners (k, d + 1)."""
+    m, d = vertices.shape
+    corners = np.asarray(given)
+    if corners.ndim != 2 or corners.shape[1] != d + 1 or corners.size == 0 or corners.dtype.kind not in "iu":
+        raise ValueError(f"simplices must be whole numbers (k, {d + 1}), got {corners.dtype} of shape {corners.shape}")
+    if corners.min() < 0 or corners.max() >= m:
+        raise ValueError(f"simplices must be numbers from 0 to {m - 1}, got {corners.min()} to {corners.max()}")
+    return corners.astype(np.intp)

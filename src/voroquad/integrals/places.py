@@ -1,0 +1,50 @@
+"""What `quad` integrates over: limits, a domain or a measure, as parts that are maps from the unit box."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from .library import Library
+from .measures import PiecewiseUniform, ProductMeasure
+from .pieces import Part
+from .regions import Box, IteratedBox, Region
+
+
+def parts_of(a: Any, b: Any, measure: Any, loc: Any, scale: Any) -> tuple[list[Part], Library]:
+    """The parts that the arguments of :func:`voroquad.quad` describe, and the array library of func's points."""
+    plain = Library.of(0, 1)
+    if measure is not None:
+        if a is not None or b is not None:
+            raise ValueError("give limits, a domain or a measure, not several of them: a measure has its own support")
+        if not isinstance(measure, ProductMeasure | PiecewiseUniform):
+            raise ValueError(
+                f"measure must be a vq.ProductMeasure or a vq.PiecewiseUniform, got {type(measure).__name__}"
+            )
+        return _split(measure), plain
+    if hasattr(a, "pull_back") or hasattr(a, "parts"):
+        if isinstance(a, ProductMeasure | PiecewiseUniform):
+            raise ValueError(f"a is a {type(a).__name__}; write quad(func, measure=...)")
+        if b is not None:
+            raise ValueError(f"b: a {type(a).__name__} is all of the domain, so leave out b, got {b!r}")
+        return _split(a), plain
+    if a is None or b is None:
+        raise ValueError("a and b: give both limits, as quad(func, 0, 1) does, a domain or measure=")
+    region, library = _box(a, b, loc, scale)
+    return [Part(region, 1.0)], library
+
+
+def _split(place: Any) -> list[Part]:
+    return place.parts() if hasattr(place, "parts") else [Part(place, 1.0)]
+
+
+def _box(a: Any, b: Any, loc: Any, scale: Any) -> tuple[Region, Library]:
+    """The box between limits, which may be functions."""
+    if not any(isinstance(x, list | tuple) and any(map(callable, x)) for x in (a, b)):
+        library = Library.of(a, b)
+        return Box(a, b, library, loc, scale), library
+    d = max(len(x) if isinstance(x, list | tuple) else np.size(x) for x in (a, b))
+    low, high = (x if isinstance(x, list | tuple) or np.ndim(x) else [x] * d for x in (a, b))
+    library = Library.of(0, 1)
+    return IteratedBox(list(low), list(high), library, loc, scale), library

@@ -1,0 +1,276 @@
+"""Bodies and surfaces: their maps, closed forms, rates, no bias."""
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import voroquad as vq
+
+L_SHAPE = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 3], [0, 3]]
+FRAME = vq.Polygon([[0, 0], [3, 0], [3, 3], [0, 3]], holes=[[[1, 1], [2, 1.5], [1.5, 2]]])
+
+
+def simplex(k):
+    """The standard simplex, moved and sheared; |det| is 1."""
+    shear = np.eye(k) + np.triu(np.full((k, k), 0.5), 1)
+    return vq.Simplex(np.concatenate([np.zeros((1, k)), np.eye(k)]) @ shear + 0.25)
+
+
+MAPS = {
+    "triangle": vq.Triangle([[0, 0], [2, 0.5], [0.5, 1]]),
+    "triangle in space": vq.Triangle([[0, 0, 1], [2, 0.5, 0], [0.5, 1, 1]]),
+    "tetrahedron": simplex(3),
+    "simplex 5": simplex(5),
+    "segment": vq.Simplex([[1.0, 2.0], [4.0, 6.0]]),
+    "interval": vq.Ball([1.0], 2),
+    "disc": vq.Ball([1.0, 2.0], 2),
+    "ball": vq.Ball([1, 2, 3], 0.5),
+    "ball 5": vq.Ball(np.zeros(5), 1.5),
+    "circle": vq.SphereSurface([1.0, 2.0], 2),
+    "sphere": vq.SphereSurface([0, 1, 2], 2),
+    "sphere 4": vq.SphereSurface(np.zeros(4), 0.5),
+    "sphere 6": vq.SphereSurface(np.zeros(6), 1.5),
+    "trapezoid": vq.Polygon([[0, 0], [2, 1], [2, 3], [0, 1]]).trapezoids[0],
+}
+BODIES = MAPS | {
+    "L": vq.Polygon(L_SHAPE),
+    "frame": FRAME,
+    "octahedron": vq.Polytope(np.concatenate([np.eye(3), -np.eye(3)])),
+}
+
+
+@pytest.mark.parametrize("name", MAPS)
+def test_the_volume_element_is_that_of_the_map(name):
+    """The root of the Gram determinant of dx/du, by central differences."""
+    region = MAPS[name]
+    u = np.random.default_rng(7).uniform(0.1, 0.9, (region.d, 20))
+    h = 1e-6
+    columns = [
+        (region.pull_back(u + h * e[:, None])[0] - region.pull_back(u - h * e[:, None])[0]) / (2 * h)
+        for e in np.eye(region.d)
+    ]
+    jacobian = np.stack(columns).transpose(2, 0, 1)
+    gram = np.linalg.det(jacobian @ jacobian.transpose(0, 2, 1))
+    np.testing.assert_allclose(region.pull_back(u)[1], np.sqrt(gram), rtol=1e-6)
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_the_integral_of_1_is_the_volume(name):
+    r = vq.quad(lambda x: np.ones(x.shape[1]), BODIES[name], rng=1)
+    assert abs(r.integral - BODIES[name].volume) < 5 * r.standard_error + 1e-12
+    assert r.standard_error < 1e-3 * r.integral
+
+
+@pytest.mark.parametrize(
+    ("name", "volume"),
+    [
+        ("triangle", 0.875),
+        ("segment", 5),
+        ("simplex 5", 1 / 120),
+        ("interval", 4),
+        ("disc", 4 * math.pi),
+        ("ball 5", 8 * math.pi**2 / 15 * 1.5**5),
+        ("sphere", 16 * math.pi),
+        ("sphere 4", 2 * math.pi**2 / 8),
+        ("L", 4),
+        ("frame", 9 - 0.375),
+        ("octahedron", 4 / 3),
+    ],
+)
+def test_volumes(name, volume):
+    assert BODIES[name].volume == pytest.approx(volume, rel=1e-12)
+
+
+@given(st.integers(1, 5), st.lists(st.integers(0, 3), min_size=5, max_size=5), st.integers(0, 2**32 - 1))
+def test_monomials_over_simplices(k, powers, seed):
+    """∫ Π λ_i^a_i over a simplex is k! |S| Π a_i! / (k + Σ a_i)!, λ the barycentric coordinates."""
+    vertices = np.random.default_rng(seed).normal(size=(k + 1, k))
+    s = vq.Simplex(vertices)
+    system = np.concatenate([vertices.T, np.ones((1, k + 1))])
+    powers = powers[:k]
+
+    def f(x):
+        coordinates = np.linalg.solve(system, np.concatenate([x, np.ones((1, x.shape[1]))]))
+        return np.prod([c**a for c, a in zip(coordinates, powers, strict=False)], axis=0)
+
+    r = vq.quad(f, s, n_points=256, rng=1)
+    exact = s.volume * math.factorial(k) * math.prod(map(math.factorial, powers)) / math.factorial(k + sum(powers))
+    assert abs(r.integral - exact) < 8 * r.standard_error + 1e-12 * s.volume
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4, 5, 7])
+def test_moments_of_balls_and_spheres(d):
+    """∫ x_a² is R² V/(d + 2) over a ball and R² A/d over a sphere, for each axis a."""
+    ball = vq.Ball(np.zeros(d), 1.5)
+    r = vq.quad(np.square, ball, rng=1)
+    assert (abs(r.integral - 1.5**2 * ball.volume / (d + 2)) < 6 * r.standard_error).all()
+    if d > 1:
+        sphere = vq.SphereSurface(np.zeros(d), 1.5)
+        r = vq.quad(np.square, sphere, rng=1)
+        assert (abs(r.integral - 1.5**2 * sphere.volume / d) < 6 * r.standard_error).all()
+
+
+@pytest.mark.parametrize("name", ["disc", "ball", "circle", "sphere"])
+def test_the_mean_of_a_harmonic_function_is_its_value_at_the_centre(name):
+    region = BODIES[name]
+    r = vq.quad(lambda x: np.exp(x[0]) * np.cos(x[1]), region, n_points=4096, order=3, rng=1)
+    exact = np.exp(region.center[0]) * np.cos(region.center[1]) * region.volume
+    assert abs(r.integral - exact) < 5 * r.standard_error < 3e-3 * region.volume
+
+
+def moment(ring):
+    """∫ x² over a polygon, by Green's theorem."""
+    (x, y), (p, q) = np.asarray(ring).T, np.roll(ring, -1, axis=0).T
+    return abs(((x * q - p * y) * (x * x + x * p + p * p)).sum()) / 12
+
+
+@given(st.integers(3, 12), st.integers(0, 2**32 - 1))
+def test_moments_of_stars(m, seed):
+    """Corners at random distances from a point, either way round."""
+    rng = np.random.default_rng(seed)
+    angles = np.sort(rng.uniform(0, 2 * np.pi, m)) if m > 5 else 2 * np.pi * np.arange(m) / m
+    ring = (np.stack([np.cos(angles), np.sin(angles)]) * rng.uniform(0.3, 1, m)).T
+    ring = ring if rng.random() < 0.5 else ring[::-1]
+    polygon = vq.Polygon(ring)
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    u = np.stack([g.ravel() for g in np.meshgrid((nodes + 1) / 2, (nodes + 1) / 2)])
+    w = np.outer(weights, weights).ravel() / 4
+    found = 0.0
+    for trapezoid in polygon.trapezoids:
+        x, element = trapezoid.pull_back(u)
+        found += w @ (x[0] ** 2 * element)
+    assert found == pytest.approx(moment(ring), rel=1e-10)
+    r = vq.quad(lambda x: x[0] ** 2, polygon, n_points=300, rng=1)
+    assert abs(r.integral / moment(ring) - 1) < 0.2
+
+
+def test_holes_are_left_out():
+    hole = FRAME.holes[0]
+    r = vq.quad(lambda x: x[0] ** 2, FRAME, rng=1)
+    assert abs(r.integral - moment(FRAME.vertices) + moment(hole)) < 5 * r.standard_error + 1e-12
+    seen = []
+    vq.quad(lambda x: seen.append(x) or x[0], FRAME, rng=1)
+    (x, y) = np.concatenate(seen, axis=1)
+    cross = [
+        (b[0] - a[0]) * (y - a[1]) - (b[1] - a[1]) * (x - a[0]) for a, b in zip(hole, np.roll(hole, -1, 0), strict=True)
+    ]
+    assert not (np.array(cross) > 1e-12).all(axis=0).any()
+
+
+def test_trapezoids_of_the_same_sides_are_one():
+    assert len(vq.Polygon(L_SHAPE).trapezoids) == 2
+    assert len(FRAME.trapezoids) == 5
+
+
+@pytest.mark.parametrize("name", ["triangle", "tetrahedron", "disc", "ball", "L", "octahedron"])
+def test_peaks_inside(name):
+    """A Gaussian of σ = .05 whose tails are inside."""
+    region = BODIES[name]
+    at = {"triangle": [0.8, 0.5], "tetrahedron": [0.55, 0.65, 0.7], "L": [0.6, 1.8], "octahedron": [0.2, 0.1, 0.2]}
+    center = np.array(at.get(name, getattr(region, "center", None)))
+    sigma = 0.08 if name == "octahedron" else 0.03
+    if name in ("disc", "ball"):
+        center = center + 0.2
+    r = vq.quad(
+        lambda x: np.exp(-((x - center[:, None]) ** 2).sum(axis=0) / (2 * sigma**2)), region, n_points=8000,
+        order=1, rng=1,
+    )  # fmt: skip
+    assert abs(r.integral / (2 * np.pi * sigma**2) ** (len(center) / 2) - 1) < 0.05
+
+
+def rate(region, order):
+    """Slope of the error of a smooth function as the number of points grows from 256 to 4096."""
+    few, many = (
+        vq.quad(lambda x: np.exp(x.sum(axis=0)), region, n_points=n, order=order, rng=1).standard_error
+        for n in (256, 4096)
+    )
+    return math.log(many / few) / math.log(16)
+
+
+@pytest.mark.parametrize("name", ["triangle", "disc", "sphere", "trapezoid"])
+def test_smooth_functions_have_the_rate_of_the_box(name):
+    """N^(−½−(p+1)/d) in the plane, order 3: −2.5. Uniform points on a triangle have a root at a corner."""
+    assert rate(BODIES[name], 3) < -2.2
+
+
+class UniformTriangle(vq.Triangle):
+    def pull_back(self, u):
+        x, _ = super().pull_back(np.stack([np.sqrt(u[0]), u[1]]))
+        return x, np.full(u.shape[1], self.volume)
+
+
+def test_uniform_points_on_a_triangle_would_lose_the_rate():
+    triangle = UniformTriangle(MAPS["triangle"].vertices)
+    r = vq.quad(lambda x: x[0], triangle, rng=1)
+    assert r.integral == pytest.approx(triangle.volume * triangle.vertices[:, 0].mean(), rel=1e-4)
+    assert rate(triangle, 3) > -1.8
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("name", BODIES)
+def test_unbiased_with_a_jump(name):
+    region = BODIES[name]
+
+    def f(x):
+        return np.exp(x[0]) * (x[-1] > level)
+
+    points, elements = region_points(region)
+    level = np.median(points[-1])
+    exact, error = mean_of(f(points) * elements)
+    found = vq.quad(f, region, n_points=9, n_estimates=3000, rng=2)
+    assert abs(found.integral - exact) < 5.5 * math.hypot(found.standard_error, error)
+
+
+def region_points(region):
+    """Half a million points of a domain and their volume elements, by its parts."""
+    rng = np.random.default_rng(3)
+    parts = region.parts() if hasattr(region, "parts") else [None]
+    found = []
+    for part in parts:
+        place, share = (part.region, part.share) if part else (region, 1.0)
+        x, element = place.pull_back(rng.random((place.d, int(500_000 * share))))
+        found.append((x, element / share))
+    return [np.concatenate(values, axis=-1) for values in zip(*found, strict=True)]
+
+
+def mean_of(values):
+    return values.mean(), values.std() / math.sqrt(len(values))
+
+
+@pytest.mark.parametrize(
+    ("make", "message"),
+    [
+        (lambda: vq.Triangle([[0, 0], [1, 1]]), "vertices must be three points, got 2"),
+        (lambda: vq.Triangle([[0, 0], [1, 1], [2, 2]]), "vertices must span 2 dimensions"),
+        (lambda: vq.Simplex([[0, 0], [1, 1], [2, 2], [0, 3]]), r"vertices must be 2 to 3 points of R\^2, got 4"),
+        (lambda: vq.Simplex([[0, np.nan], [1, 1]]), "vertices must be finite points"),
+        (lambda: vq.Ball(radius=0), "radius must be a positive number, got 0"),
+        (lambda: vq.Ball(3), r"center must be 1 or more finite coordinates \(d,\), got 3"),
+        (lambda: vq.SphereSurface([1]), "center must be 2 or more"),
+        (lambda: vq.Polygon([[0, 0], [1, 1], [1, 0], [0, 1]]), "sides cross between x = 0 and 1"),
+        (lambda: vq.Polygon([[0, 0], [1, 1], [0, 0]]), "vertices must have three corners or more that differ, got 2"),
+        (lambda: vq.Polygon(L_SHAPE, [[[4, 4], [5, 4], [4, 5]]]), "holes must lie inside the polygon and not overlap"),
+        (lambda: vq.Polygon(L_SHAPE, [np.zeros((3, 3))]), r"holes\[0\] must be points of the plane"),
+        (lambda: vq.Polytope([[0, 0], [1, 1], [2, 2]]), "vertices must be 3 points or more that span 2 dimensions"),
+        (
+            lambda: vq.Polytope([[0, 0], [1, 1], [2, 0]], [[0, 1, 3]]),
+            "simplices must be numbers from 0 to 2, got 0 to 3",
+        ),
+        (lambda: vq.Polytope([[0, 0], [1, 1], [2, 0]], [[0, 1]]), r"simplices must be whole numbers \(k, 3\)"),
+        (lambda: vq.quad(np.sum, vq.Ball(), 1), "b: a Ball is all of the domain, so leave out b, got 1"),
+        (lambda: vq.quad(np.sum, 0), "a and b: give both limits"),
+        (lambda: vq.quad(np.sum, vq.Ball(), order=9), "order"),
+    ],
+)
+def test_what_is_no_domain_is_named(make, message):
+    with pytest.raises(ValueError, match=message):
+        make()
+
+
+def test_a_mesh_that_is_not_convex():
+    corners = [[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]]
+    r = vq.quad(lambda x: x[0], vq.Polytope(corners, [[0, 1, 4], [1, 2, 4], [2, 3, 4]]), rng=1)
+    assert r.integral == pytest.approx(0.5 - 0.25 * 1 / 6, rel=1e-9)
