@@ -21,9 +21,12 @@ from scipy import stats
 
 from voroquad._support.checks import whole_numbers
 from voroquad.designs.sampling import SampleSet, sample
-from voroquad.integrals.estimates import REPLICATES, weighted_sums
-from voroquad.rules.cross_fit import fit_replicates
-from voroquad.rules.strata_fits import default_order, fit_strata
+from voroquad.integrals.estimates import REPLICATES
+from voroquad.rules.cross_fit import replicate_shares
+from voroquad.rules.defaults import default_of_strata
+from voroquad.rules.fit import weighted_sums
+from voroquad.rules.method import KRIGING, Method
+from voroquad.rules.strata_fits import fit_strata
 from voroquad.study.genz import FAMILIES, instances
 
 GRIDS = {
@@ -50,11 +53,12 @@ class Errors:
         return (self.actual <= 1.96 * np.hypot(factor * self.corrections, self.rounding)).mean(axis=1)
 
 
-def measure(samples: SampleSet, order: int | str, members: int) -> Errors:
+def measure(samples: SampleSet, method: Method, members: int) -> Errors:
     sets, n, d = samples.points.shape
     functions = list(instances(d, members, rng=[d, n]))
     values = np.stack([f(samples.points.reshape(-1, d).T).reshape(sets, n) for f in functions], axis=1)
-    w, residuals = fit_strata(samples, order, threads=1, values=values)
+    fit = fit_strata(samples, method, threads=1, values=values)
+    w, residuals = fit.weights, fit.residuals
     truth = np.array([f.integral for f in functions])
     estimates, rounding = weighted_sums(w[:, None], values)
     by_set = (np.abs(estimates - truth), np.sqrt(np.square(residuals).sum(axis=-1)) / n, rounding)
@@ -70,7 +74,7 @@ def measure_replicates(n: int, d: int, sets: int, members: int) -> Errors:
     for seed in range(sets):
         points = sample("sobol", n // REPLICATES, d, sets=REPLICATES, rng=[n, seed]).points
         values = np.stack([f(points.reshape(-1, d).T).reshape(points.shape[:2]) for f in functions], axis=1)
-        means = np.einsum("rsn,sfn->rf", fit_replicates(points, "kriging", threads=1), values)
+        means = np.einsum("rsn,sfn->rf", replicate_shares(points, KRIGING, threads=1), values)
         error = means.std(axis=0, ddof=1) / math.sqrt(REPLICATES)
         by_set.append((np.abs(means.mean(axis=0) - truth), quantile * error, np.zeros_like(error)))
     return Errors(*(np.array(x).T.reshape(len(FAMILIES), -1) for x in zip(*by_set, strict=True)))
@@ -100,8 +104,9 @@ def main() -> None:
             else:
                 samples = sample("multi-jittered", n, d, sets=options.sets, rng=n)
                 assert samples.strata is not None
-                strata, order = "x".join(map(str, samples.strata)), default_order(samples.strata)
-                errors = measure(samples, order, options.members)
+                strata, method = "x".join(map(str, samples.strata)), default_of_strata(samples.strata)
+                order = method.order
+                errors = measure(samples, method, options.members)
             covered = errors.covered(1.0)
             lines.append([d, strata, order, *covered.round(3), covered.mean().round(3), least_factor(errors)])
             print(*lines[-1], flush=True)

@@ -18,7 +18,7 @@ from peer_rules import CUBIC_ORDERS, cubic_rule
 from scipy.special import erf
 
 import voroquad as vq
-from voroquad.rules.strata_fits import HIGHEST_ORDER
+from voroquad.rules.method import highest_order
 from voroquad.study.functions import INTEGRANDS, half_plane_moment
 from voroquad.study.integrand import Array, Integrand
 
@@ -74,7 +74,7 @@ def main() -> None:
     options = parser.parse_args()
 
     truth = np.array([f.integral for f in FUNCTIONS])
-    rules = [("vq.quad", order, by_quad) for order in ("auto", *range(1, HIGHEST_ORDER[2] + 1))]
+    rules = [("vq.quad", order, by_quad) for order in ("auto", *range(1, highest_order(2) + 1))]
     rules += [("cubic stratification", order, by_cubic) for order in CUBIC_ORDERS]
     lines = {} if not options.only else measured()
     for rule, order, estimate in rules:

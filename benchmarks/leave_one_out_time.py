@@ -13,17 +13,18 @@ from pathlib import Path
 
 from voroquad.designs.grids import largest_grid
 from voroquad.designs.sampling import sample
-from voroquad.rules.strata_fits import HIGHEST_ORDER, fit_strata, stencil
+from voroquad.rules.method import KRIGING, Method, highest_order, local
+from voroquad.rules.strata_fits import fit_strata, stencil
 
 RESULTS = Path(__file__).parent / "results" / "leave_one_out_time.csv"
 
 
-def microseconds(d: int, n: int, order: int | str) -> float:
+def microseconds(d: int, n: int, method: Method) -> float:
     """The least of five, per sample."""
     samples, times = sample("multi-jittered", n, d, rng=1), []
     for _ in range(5):
         start = time.process_time()
-        fit_strata(samples, order, threads=1)
+        fit_strata(samples, method, threads=1)
         times.append(time.process_time() - start)
     return 1e6 * min(times) / n
 
@@ -32,18 +33,18 @@ def main() -> None:
     rows: list[list[object]] = [["d", "strata", "order", "width", "microseconds_per_evaluation"]]
     for d in (1, 2, 3, 4):
         shape = largest_grid(1296, d)
-        for order in range(1, min(HIGHEST_ORDER[d], 8 if d < 3 else 6) + 1):
-            rows.append(line(shape, order, stencil(order, shape).width[0]))
+        for order in range(1, min(highest_order(d), 8 if d < 3 else 6) + 1):
+            rows.append(line(shape, local(order), stencil(order, shape).width[0]))
     for d in (2, 3, 4):
         for n in (128, 512, 1024, 2048):
-            rows.append(line(largest_grid(n, d), "kriging", ""))
+            rows.append(line(largest_grid(n, d), KRIGING, ""))
     with RESULTS.open("w", newline="", encoding="utf-8") as file:
         csv.writer(file, lineterminator="\n").writerows(rows)
 
 
-def line(shape: tuple[int, ...], order: int | str, width: int | str) -> list[object]:
-    time_taken = microseconds(len(shape), math.prod(shape), order)
-    row: list[object] = [len(shape), "×".join(map(str, shape)), order, width, f"{time_taken:.2f}"]
+def line(shape: tuple[int, ...], method: Method, width: int | str) -> list[object]:
+    time_taken = microseconds(len(shape), math.prod(shape), method)
+    row: list[object] = [len(shape), "×".join(map(str, shape)), method.order, width, f"{time_taken:.2f}"]
     print(*row, flush=True)
     return row
 

@@ -21,8 +21,10 @@ from csv_rows import put
 from voroquad._support.checks import whole_numbers
 from voroquad.designs.grids import grid_shape, largest_grid
 from voroquad.designs.sampling import sample
+from voroquad.rules.defaults import default_of_strata
 from voroquad.rules.kriging import model
-from voroquad.rules.strata_fits import default_order, fit_strata
+from voroquad.rules.method import KRIGING
+from voroquad.rules.strata_fits import fit_strata
 
 RESULTS = Path(__file__).parent / "results" / "weight_bounds.csv"
 FEWEST, ALL_SETS, MANY = 100, 256, 1156
@@ -34,7 +36,7 @@ HEAD = ["d", "design", "strata", "order", "drift", "sets", "sum_mean", "sum_stan
 
 def drift(strata: tuple[int, ...]) -> int | str:
     """Its degree, where the default rule is kriging."""
-    return model(math.prod(strata), len(strata)).degree if default_order(strata) == "kriging" else ""
+    return model(math.prod(strata), len(strata)).degree if default_of_strata(strata) == KRIGING else ""
 
 
 def grids(d: int) -> list[tuple[int, ...]]:
@@ -43,7 +45,7 @@ def grids(d: int) -> list[tuple[int, ...]]:
     first: dict[object, tuple[int, ...]] = {}
     for shape in shapes:
         if math.prod(shape) >= FEWEST:
-            first.setdefault((default_order(shape), drift(shape)), shape)
+            first.setdefault((default_of_strata(shape), drift(shape)), shape)
     return list(dict.fromkeys([*first.values(), largest_grid(MANY, d)]))
 
 
@@ -56,7 +58,7 @@ def others(d: int) -> list[tuple[str, tuple[int, ...]]]:
             is_long = shape[-1] >= LONG * shape[0]
             for design in ("stratified", "multi-jittered"):
                 if (design == "stratified" or is_long) and (is_long or shape[-1] <= shape[0] + 2):
-                    first.setdefault((design, is_long, default_order(shape), drift(shape)), (design, shape))
+                    first.setdefault((design, is_long, default_of_strata(shape), drift(shape)), (design, shape))
     return list(first.values())
 
 
@@ -72,12 +74,12 @@ def bounds(design: str, strata: tuple[int, ...], sets: int, seed: int) -> list[o
     for first in range(0, sets, batch):
         rng = np.random.default_rng([seed, *strata, first])
         samples = sample(design, n, d, sets=min(batch, sets - first), rng=rng)
-        weights, _ = fit_strata(samples, default_order(strata), threads=1)
+        weights = fit_strata(samples, default_of_strata(strata), threads=1).weights
         sums.append(np.abs(weights).sum(axis=1))
         largest.append(n * np.abs(weights).max(axis=1))
     s, w = np.concatenate(sums), np.concatenate(largest)
     return [
-        d, design, named(strata), default_order(strata), drift(strata), sets,
+        d, design, named(strata), default_of_strata(strata).order, drift(strata), sets,
         f"{s.mean():.4f}", f"{s.std() / math.sqrt(sets):.1g}", f"{s.max():.3f}", int((s > 1.1).sum()),
         f"{w.max():.1f}", int((w > 20).sum()),
     ]  # fmt: skip

@@ -138,16 +138,15 @@ class SampleTable:
                 "its weights are unbiased as they are"
             )
         kind = SetKind(design, positive_int("n", n), positive_int("d", d), positive_int("sets", sets))
-        chosen = choose_rule(kind, order, debias) if weighted and not periodic else None  # before any set is drawn
-        if chosen is not None and chosen[0].debias == "cross-fit":
+        rule = choose_rule(kind, order, debias) if weighted and not periodic else None  # before any set is drawn
+        if rule is not None and rule.debias == "cross-fit":
             raise ValueError(
                 f"debias={debias!r} of {design!r} sets is cross-fit, which weighs all sets together, but a table's "
                 "sets are used one by one; take debias='none' or a stratified design"
             )
         drawn = sample(design, kind.n, kind.d, sets=kind.sets, rng=rng)
-        if chosen is not None:
-            rule, p = chosen
-            w = rule.compute(drawn, p, thread_count(None))
+        if rule is not None:
+            w = rule.weigh(drawn, thread_count(None))
         elif weighted:
             w = cells(drawn.points, periodic=True).measures
         else:

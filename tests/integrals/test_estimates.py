@@ -7,9 +7,12 @@ import pytest
 
 import voroquad as vq
 from voroquad.designs.sampling import sample
-from voroquad.integrals.estimates import too_few_samples, weighted_sums
-from voroquad.rules.cross_fit import fit_replicates
-from voroquad.rules.strata_fits import default_order, fit_strata
+from voroquad.integrals.estimates import too_few_samples
+from voroquad.rules.cross_fit import replicate_shares
+from voroquad.rules.defaults import default_of_strata
+from voroquad.rules.fit import weighted_sums
+from voroquad.rules.method import KRIGING
+from voroquad.rules.strata_fits import fit_strata
 from voroquad.study.genz import instances
 
 
@@ -113,7 +116,7 @@ def test_the_samples_an_estimate_rests_on():
 def test_rounding_does_not_grow_with_the_number_of_points(d, n):
     """Of integrands that the rule integrates exactly the error is rounding: at most what is told, and not far less."""
     drawn = sample("multi-jittered", n, d, sets=max(2, min(40, 8192 // n)), rng=1)
-    w, _ = fit_strata(drawn, default_order(drawn.strata), 1)
+    w = fit_strata(drawn, default_of_strata(drawn.strata), 1).weights
     for f, exact in ((np.full(drawn.points.shape[:2], 1.1), 1.1), (drawn.points.sum(axis=-1) + 0.1, d / 2 + 0.1)):
         sums, rounding = weighted_sums(w, f)
         np.testing.assert_array_less(np.abs(sums - exact), 1.96 * rounding + 1e-300)
@@ -124,7 +127,7 @@ def test_rounding_of_replicates_is_what_is_told():
     for d, n in ((5, 256), (9, 64)):
         for seed in range(5):
             points = sample("sobol", n, d, sets=4, rng=seed).points
-            sums, rounding = weighted_sums(fit_replicates(points, "kriging", 1), points.sum(axis=-1))
+            sums, rounding = weighted_sums(replicate_shares(points, KRIGING, 1), points.sum(axis=-1))
             estimate, error = sums.sum(axis=1).mean(), rounding.sum(axis=1).mean()
             assert abs(estimate - d / 2) < 1.96 * error < 1e-14
 
@@ -159,6 +162,14 @@ def test_order_zero_of_replicates_is_their_plain_mean(d, debias):
     means = np.exp(-points.sum(axis=-1)).mean(axis=1)
     assert r.integral == pytest.approx(means.mean(), rel=1e-14)
     assert r.standard_error == pytest.approx(means.std(ddof=1) / 2, rel=1e-9)
+
+
+@pytest.mark.parametrize("sampler", ["stratified", "multi-jittered"])
+@pytest.mark.parametrize(("d", "n"), [(1, 2), (2, 36), (3, 27)])
+def test_order_zero_of_strata_is_their_plain_mean_with_an_error(sampler, d, n):
+    r = vq.quad(lambda x: np.exp(-x.sum(axis=0)), [0] * d, [1] * d, n_points=n, sampler=sampler, order=0, rng=3)
+    assert r.integral == pytest.approx(np.exp(-sample(sampler, n, d, sets=1, rng=3).points.sum(axis=-1)).mean())
+    assert 0 < r.standard_error < 1
 
 
 @pytest.mark.statistical

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import voroquad as vq
-from voroquad.rules.cross_fit import fit_replicates
+from voroquad.rules.cross_fit import replicate_shares
+from voroquad.rules.method import local
 
 
 @pytest.mark.parametrize(
@@ -17,7 +18,7 @@ from voroquad.rules.cross_fit import fit_replicates
 @pytest.mark.parametrize("design", ["sobol", "uniform"])
 def test_polynomials_up_to_the_order_are_integrated_exactly(design, d, n, sets, order):
     s = vq.sample(design, n, d, sets=sets, rng=1)
-    shares = fit_replicates(s.points, order, threads=2)
+    shares = replicate_shares(s.points, local(order), threads=2)
     np.testing.assert_allclose(shares.sum(axis=(1, 2)), 1, atol=1e-12)
     rng = np.random.default_rng(2)
     for powers in itertools.islice(itertools.product(range(order + 1), repeat=d), 200):
@@ -33,7 +34,7 @@ def test_polynomials_up_to_the_order_are_integrated_exactly(design, d, n, sets, 
 def test_weights_are_the_mean_of_the_replicates_estimates():
     s = vq.sample("halton", 50, 2, sets=3, rng=1)
     f = np.cos(5 * s.points.sum(axis=-1))
-    estimates = np.einsum("rsn,sn->r", fit_replicates(s.points, 2, 1), f)
+    estimates = np.einsum("rsn,sn->r", replicate_shares(s.points, local(2), 1), f)
     w = vq.weights(s, order=2, debias="cross-fit")
     assert w.shape == (3, 50)
     assert (w * f).sum(axis=1).mean() == pytest.approx(estimates.mean(), rel=1e-13)
@@ -62,7 +63,7 @@ PAIRS = 3100
 def test_unbiased(z_score, design, d, n, order):
     points = vq.sample(design, n, d, sets=2 * PAIRS, rng=5).points.reshape(PAIRS, 2, n, d)
     f = np.exp(points[..., 0]) + (points.sum(axis=-1) < 0.43 * d)
-    shares = np.stack([fit_replicates(pair, order, 1) for pair in points])
+    shares = np.stack([replicate_shares(pair, local(order), 1) for pair in points])
     assert abs(z_score(np.einsum("prsn,psn->p", shares, f) / 2, truth(d))) < 5.5
 
 
@@ -70,7 +71,7 @@ def test_unbiased(z_score, design, d, n, order):
 def test_a_reconstruction_that_knows_the_replicate_is_found_biased(z_score):
     points = np.repeat(vq.sample("uniform", 9, 1, sets=1500, rng=5).points[:, None], 2, axis=1)  # both are the same
     f = np.exp(3 * points[..., 0])
-    shares = np.stack([fit_replicates(pair, 1, 1) for pair in points])
+    shares = np.stack([replicate_shares(pair, local(1), 1) for pair in points])
     assert abs(z_score(np.einsum("prsn,psn->p", shares, f) / 2, (math.e**3 - 1) / 3)) > 6.5
 
 
@@ -84,7 +85,7 @@ def test_needs_two_sets_of_a_randomised_design():
 
 def test_coinciding_points_give_no_nan():
     points = np.full((3, 20, 2), 0.25)
-    assert np.isfinite(fit_replicates(points, 2, 1)).all()
+    assert np.isfinite(replicate_shares(points, local(2), 1)).all()
 
 
 def test_the_guard_knows_nothing_of_the_replicate_that_is_left_out():
@@ -103,7 +104,7 @@ def test_the_guard_knows_nothing_of_the_replicate_that_is_left_out():
     largest = []
     for distance in np.geomspace(2e-3, 1e-4, 301):  # one per cent from one to the next
         samples = place + distance * spread
-        shares, again = (fit_replicates(np.stack([x, samples]), 2, 1)[0, 1] for x in (one, other))
+        shares, again = (replicate_shares(np.stack([x, samples]), local(2), 1)[0, 1] for x in (one, other))
         np.testing.assert_allclose(shares, again, rtol=0, atol=1e-10 * abs(shares).max())
         largest.append(abs(shares).max())
     assert largest[-1] < 1 < largest[0]  # the guard leaves the order where samples are apart, and lowers it else

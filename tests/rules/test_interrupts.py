@@ -13,7 +13,8 @@ import voroquad as vq
 from voroquad import _core
 from voroquad.designs.sampling import SampleSet
 from voroquad.rules.boundary_control import bias_lattice, boundary_control
-from voroquad.rules.cross_fit import fit_replicates
+from voroquad.rules.cross_fit import replicate_shares
+from voroquad.rules.method import local
 from voroquad.rules.strata_fits import fit_strata
 
 RNG = np.random.default_rng(1)
@@ -39,12 +40,12 @@ def control_at_the_boundary():
 def fits_of_strata():
     samples = vq.sample("stratified", 48**3, 3, rng=1)
     assert isinstance(samples, SampleSet)
-    return lambda: fit_strata(samples, 6, 1)
+    return lambda: fit_strata(samples, local(6), 1)
 
 
 def fits_to_the_nearest():
     points = RNG.random((2, 20_000, 3))
-    return lambda: fit_replicates(points, 6, 1)
+    return lambda: replicate_shares(points, local(6), 1)
 
 
 def covariances():

@@ -10,9 +10,10 @@ import voroquad as vq
 from voroquad.designs.multi_jittered import offsets, period
 from voroquad.designs.sampling import SampleSet
 from voroquad.rules import kriging_rules
-from voroquad.rules.cross_fit import fit_replicates
+from voroquad.rules.cross_fit import replicate_shares
 from voroquad.rules.kriging import Kriging, model
 from voroquad.rules.kriging_rules import predicting
+from voroquad.rules.method import KRIGING
 from voroquad.rules.polynomials import Intervals
 from voroquad.rules.strata_fits import fit_strata
 
@@ -53,7 +54,7 @@ def check_exact(points, w, degree, atol=1e-12):
 )
 def test_polynomials_of_the_drift_are_integrated_exactly(design, strata, degree):
     samples = draw(strata, 2, design)
-    w, _ = fit_strata(samples, "kriging", threads=2)
+    w = fit_strata(samples, KRIGING, threads=2).weights
     check_exact(samples.points, w, degree)
     f = np.exp(samples.points[..., 0])
     assert (abs((w * f).sum(axis=1) - (math.e - 1)) > 1e-12).all()
@@ -66,7 +67,8 @@ def test_many_strata_are_exact_where_a_part_predicts(monkeypatch, design, strata
     members = predicting(strata)
     assert len(np.unique(members)) == 180
     samples = draw(strata, 2, design)
-    w, residuals = fit_strata(samples, "kriging", threads=2, values=(samples.points**2).sum(axis=-1)[:, None])
+    fit = fit_strata(samples, KRIGING, threads=2, values=(samples.points**2).sum(axis=-1)[:, None])
+    w, residuals = fit.weights, fit.residuals
     check_exact(samples.points, w, 2)
     assert abs(residuals).max() < 1e-9
     others = np.setdiff1d(np.arange(samples.n), members)
@@ -78,11 +80,11 @@ def test_what_predicts_nothing_changes_its_own_residual_only(monkeypatch, design
     monkeypatch.setattr(kriging_rules, "MOST", 30)
     samples = draw((8, 9), 1, design)
     f = np.exp(samples.points[..., 0] * samples.points[..., 1])
-    _, residuals = fit_strata(samples, "kriging", threads=1, values=f[:, None])
+    residuals = fit_strata(samples, KRIGING, threads=1, values=f[:, None]).residuals
     (other, *_) = np.setdiff1d(np.arange(samples.n), predicting((8, 9)))
     raised = f.copy()
     raised[:, other] += 1
-    _, after = fit_strata(samples, "kriging", threads=1, values=raised[:, None])
+    after = fit_strata(samples, KRIGING, threads=1, values=raised[:, None]).residuals
     np.testing.assert_allclose(after - residuals, (np.arange(samples.n) == other)[None, None], atol=1e-12)
 
 
@@ -106,11 +108,11 @@ def test_a_prediction_knows_no_value_of_its_own_colour(monkeypatch, design, most
     colour = np.indices(strata).reshape(2, -1) % q
     samples = draw(strata, 1, design)
     f = np.sin(5 * samples.points.sum(axis=-1))
-    _, before = fit_strata(samples, "kriging", threads=1, values=f[:, None])
+    before = fit_strata(samples, KRIGING, threads=1, values=f[:, None]).residuals
     for j in predicting(strata)[::5]:
         raised = f.copy()
         raised[:, j] += 1
-        _, after = fit_strata(samples, "kriging", threads=1, values=raised[:, None])
+        after = fit_strata(samples, KRIGING, threads=1, values=raised[:, None]).residuals
         alike = (colour == colour[:, [j]]).all(axis=0)
         expected = ~alike | (np.arange(samples.n) == j)
         np.testing.assert_array_equal(abs(after - before)[0, 0] > 1e-10, expected)
@@ -176,7 +178,7 @@ def test_replicates(monkeypatch):
         monkeypatch.setattr(kriging_rules, "MOST", most)
         for design, sets, n, d in (("sobol", 4, 64, 3), ("halton", 3, 50, 2), ("uniform", 100, 4, 2)):
             points = vq.sample(design, n, d, sets=sets, rng=1).points
-            shares = fit_replicates(points, "kriging", threads=2)
+            shares = replicate_shares(points, KRIGING, threads=2)
             predicting = min(sets, most) * min(n, max(1, most // sets))
             np.testing.assert_allclose(shares[np.arange(sets), np.arange(sets)], 1 / n, rtol=1e-12)
             for r in range(sets):
@@ -226,7 +228,7 @@ SETS = 3100
 )  # fmt: skip
 def test_strata_are_unbiased(z_score, design, strata):
     samples = draw(strata, SETS, design, seed=5)
-    w, _ = fit_strata(samples, "kriging", threads=1)
+    w = fit_strata(samples, KRIGING, threads=1).weights
     for f, truth in ((jumpy(samples.points), exact_jumpy(len(strata))), (ramp(samples.points, strata[0]), 0.0)):
         assert abs(z_score((w * f).sum(axis=1), truth)) < 5.5
 
@@ -236,7 +238,7 @@ def test_strata_are_unbiased(z_score, design, strata):
 def test_strata_are_unbiased_where_a_part_predicts(z_score, monkeypatch, design):
     monkeypatch.setattr(kriging_rules, "MOST", 12)
     samples = draw((5, 6), SETS, design, seed=5)
-    w, _ = fit_strata(samples, "kriging", threads=1)
+    w = fit_strata(samples, KRIGING, threads=1).weights
     for f, truth in ((jumpy(samples.points), exact_jumpy(2)), (ramp(samples.points, 5), 0.0)):
         assert abs(z_score((w * f).sum(axis=1), truth)) < 5.5
 
@@ -245,7 +247,7 @@ def test_strata_are_unbiased_where_a_part_predicts(z_score, monkeypatch, design)
 def test_dependence_between_colours_is_found_biased(z_score):
     samples = draw((4, 4), 800, "stratified", seed=5)
     together = samples.points - samples.points % 0.25 + samples.points[:, :1] % 0.25  # all alike in their strata
-    w, _ = fit_strata(SampleSet(together, "stratified", (4, 4)), "kriging", threads=1)
+    w = fit_strata(SampleSet(together, "stratified", (4, 4)), KRIGING, threads=1).weights
     assert abs(z_score((w * ramp(together, 4)).sum(axis=1), 0.0)) > 6.5
 
 
@@ -287,7 +289,7 @@ def test_the_integral_of_the_prediction_alone_is_found_biased(z_score):
 def test_replicates_are_unbiased(z_score, monkeypatch, design, n, d, most):
     monkeypatch.setattr(kriging_rules, "MOST", most)
     points = vq.sample(design, n, d, sets=2 * SETS, rng=5).points.reshape(SETS, 2, n, d)
-    shares = np.stack([fit_replicates(pair, "kriging", 1) for pair in points])
+    shares = np.stack([replicate_shares(pair, KRIGING, 1) for pair in points])
     assert abs(z_score(np.einsum("prsn,psn->p", shares, jumpy(points)) / 2, exact_jumpy(d))) < 5.5
 
 

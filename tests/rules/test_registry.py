@@ -1,3 +1,8 @@
+import inspect
+import itertools
+import math
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -5,6 +10,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 import voroquad as vq
+from voroquad.rules.registry import RANDOMISED, RULES
 
 UNIT = st.floats(0, 1, exclude_max=True)
 
@@ -63,6 +69,34 @@ def test_the_default_order_of_uniform_samples(d, order):
     for debias in ("auto", "leave-one-out"):
         expected = vq.weights(s, order=order, debias=debias)
         np.testing.assert_array_equal(vq.weights(s, order="auto", debias=debias), expected)
+
+
+def test_the_documented_table_is_that_of_the_rules():
+    """As sets of (debias, order, dimension, design, fewest sets, most samples, unbiased)."""
+    documented = set()
+    table = inspect.getdoc(vq.weights).split("\n==================  ")[2].splitlines()[1:]
+    for line in table:
+        debias, orders, dimensions, designs, unbiased, _ = re.split(r"  +", line)
+        designs, *rest = re.split("; |, (?=n ≤|two)", designs)
+        names = RANDOMISED if designs == "randomised" else designs.split(", ")
+        most = next((int(part.removeprefix("n ≤ ")) for part in rest if part.startswith("n ≤")), math.inf)
+        documented |= {
+            (debias.strip("`"), order, d, name, 2 if "two sets or more" in rest else 1, most, unbiased == "yes")
+            for order, d, name in itertools.product(numbers(orders), numbers(dimensions), names)
+        }
+    described = {
+        (row.debias, method.order, d, name, row.fewest_sets, row.most, row.unbiased)
+        for row in RULES
+        for method, d, name in itertools.product(row.methods, row.dimensions[:20], row.designs or ["any"])
+    }
+    assert documented == described
+
+
+def numbers(text):
+    if text in ("any", "kriging"):
+        return {"any": range(1, 21), "kriging": ["kriging"]}[text]
+    first, *last = map(int, text.split(" to "))
+    return range(first, (last or [first])[0] + 1)
 
 
 def test_strided_and_integer_input():

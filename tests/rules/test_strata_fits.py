@@ -9,7 +9,9 @@ import pytest
 import voroquad as vq
 from voroquad.designs.multi_jittered import colours, offsets
 from voroquad.designs.sampling import SampleSet
-from voroquad.rules.strata_fits import HIGHEST_ORDER, default_order, fit_strata, stencil
+from voroquad.rules.defaults import default_of_strata
+from voroquad.rules.method import KRIGING, highest_order, local
+from voroquad.rules.strata_fits import fit_strata, stencil
 
 
 def draw(strata, sets, seed=1, design="stratified"):
@@ -35,7 +37,7 @@ GRIDS = [
 def test_polynomials_up_to_the_order_are_integrated_exactly(strata, order, design):
     assert stencil(order, strata).order == order
     samples = draw(strata, sets=3, design=design)
-    w, _ = fit_strata(samples, order, threads=2)
+    w = fit_strata(samples, local(order), threads=2).weights
     for powers in np.ndindex((order + 1,) * len(strata)):
         if sum(powers) <= order and (sum(powers) > order - 2 or len(strata) < 3):
             f = np.prod(samples.points ** np.array(powers), axis=-1)
@@ -46,7 +48,7 @@ def test_polynomials_up_to_the_order_are_integrated_exactly(strata, order, desig
 @pytest.mark.parametrize(("strata", "order"), GRIDS)
 def test_one_degree_more_is_not_exact(strata, order):
     samples = draw(strata, sets=3)
-    w, _ = fit_strata(samples, order, threads=1)
+    w = fit_strata(samples, local(order), threads=1).weights
     f = (2 * samples.points[..., -1]) ** (order + 1)
     exact = 2 ** (order + 1) / (order + 2)
     assert (abs((w * f).sum(axis=1) - exact) > 1e-10).all()
@@ -55,7 +57,8 @@ def test_one_degree_more_is_not_exact(strata, order):
 def test_weights_sum_to_one_and_residuals_vanish_on_polynomials():
     samples = draw((9, 10), sets=4)
     values = np.stack([samples.points.sum(axis=-1) ** 3, np.exp(samples.points[..., 0])], axis=1)
-    w, residuals = fit_strata(samples, 3, threads=1, values=values)
+    fit = fit_strata(samples, local(3), threads=1, values=values)
+    w, residuals = fit.weights, fit.residuals
     np.testing.assert_allclose(w.sum(axis=1), 1, atol=1e-14)
     assert residuals.shape == values.shape
     assert abs(residuals[:, 0]).max() < 1e-12 < abs(residuals[:, 1]).min()
@@ -95,7 +98,8 @@ def reference(points, strata, order, own=False, design="stratified"):
 def test_core_agrees_with_numpy(strata, order, design):
     samples = draw(strata, sets=2, design=design)
     values = np.sin(7 * samples.points.sum(axis=-1))[:, None]
-    w, residuals = fit_strata(samples, order, threads=1, values=values)
+    fit = fit_strata(samples, local(order), threads=1, values=values)
+    w, residuals = fit.weights, fit.residuals
     for s in range(2):
         expected, response = reference(samples.points[s], strata, order, design=design)
         np.testing.assert_allclose(w[s], expected, atol=1e-12)
@@ -141,7 +145,7 @@ def ramp(x, k):
 )
 def test_unbiased(z_score, strata, order, design):
     samples = draw(strata, sets=3100, seed=5, design=design)  # 0.1 standard deviations of one: |z| ≈ 5.6
-    w, _ = fit_strata(samples, order, threads=2)
+    w = fit_strata(samples, local(order), threads=2).weights
     for f, truth in ((jumpy, exact_jumpy(len(strata))), (ramp, 0.0)):
         z = z_score((w * f(samples.points, strata[0])).sum(axis=1), truth)
         assert abs(z) < 5.5, f.__name__
@@ -151,7 +155,7 @@ def test_unbiased(z_score, strata, order, design):
 def test_a_fit_that_includes_its_own_sample_is_found_biased(z_score):
     samples = draw((6,), sets=3100, seed=5)
     f = ramp(samples.points, 6)
-    left_out, _ = fit_strata(samples, 2, threads=1)
+    left_out = fit_strata(samples, local(2), threads=1).weights
     included = np.array([reference(x, (6,), 2, own=True)[0] for x in samples.points])
     assert abs(z_score((left_out * f).sum(axis=1), 0.0)) < 5.5
     assert abs(z_score((included * f).sum(axis=1), 0.0)) > 7
@@ -162,8 +166,8 @@ def test_a_fit_that_includes_its_own_sample_is_found_biased(z_score):
 def test_a_fit_to_samples_of_the_same_colour_is_found_biased(z_score, strata):
     samples = draw(strata, sets=12_000, seed=5, design="multi-jittered")
     f = ramp(samples.points, strata[0])
-    left_out, _ = fit_strata(samples, 2, threads=2)
-    included, _ = fit_strata(SampleSet(samples.points, "stratified", strata), 2, threads=2)
+    left_out = fit_strata(samples, local(2), threads=2).weights
+    included = fit_strata(SampleSet(samples.points, "stratified", strata), local(2), threads=2).weights
     assert abs(z_score((left_out * f).sum(axis=1), 0.0)) < 5.5
     assert abs(z_score((included * f).sum(axis=1), 0.0)) > 6.5
 
@@ -174,7 +178,7 @@ def test_a_fit_to_samples_of_the_same_colour_is_found_biased(z_score, strata):
 @pytest.mark.parametrize("strata", [(100,), (10, 10), (11, 11), (20, 20), (32, 32), (5, 5, 5), (6, 6, 6), (8, 8, 8)])
 def test_default_stencils_have_tame_weights(strata):
     samples = draw(strata, sets=20_000 // math.prod(strata), seed=3, design="multi-jittered")
-    w, _ = fit_strata(samples, default_order(strata), threads=2)
+    w = fit_strata(samples, default_of_strata(strata), threads=2).weights
     assert abs(w).sum(axis=1).max() <= 1.1
     assert abs(w).max() * samples.n <= 20
 
@@ -185,12 +189,12 @@ def test_coinciding_samples_lower_the_order_and_give_no_nan():
     x = (np.arange(n) + np.where(np.arange(n) % 2, 1e-12, 1 - 1e-12)) / n
     samples = SampleSet(x[:, None], "stratified", (n,))
     for order in range(1, 9):
-        w, _ = fit_strata(samples, order, threads=1)
+        w = fit_strata(samples, local(order), threads=1).weights
         assert np.isfinite(w).all()
         assert abs(w.sum() - 1) < 1e-13
     grid = np.full((5, 5, 2), 0.1) + np.indices((5, 5)).transpose(1, 2, 0) / 5
     grid[..., 1] = 0.02 + 0.2 * np.indices((5, 5))[1]  # all on lines
-    w, _ = fit_strata(SampleSet(grid.reshape(25, 2), "stratified", (5, 5)), 3, threads=1)
+    w = fit_strata(SampleSet(grid.reshape(25, 2), "stratified", (5, 5)), local(3), threads=1).weights
     assert np.isfinite(w).all()
 
 
@@ -198,24 +202,18 @@ def test_bits_do_not_depend_on_threads_or_batch():
     samples = draw((70, 60), sets=3)
     values = np.sin(samples.points[..., 0])[:, None]
     alone = [
-        fit_strata(SampleSet(p[None], "stratified", (70, 60)), 4, 1, v[None])
+        fit_strata(SampleSet(p[None], "stratified", (70, 60)), local(4), 1, v[None])
         for p, v in zip(samples.points, values, strict=True)
     ]
     for threads in (1, 2, 5):
-        w, residuals = fit_strata(samples, 4, threads, values)
-        assert all((w[s] == alone[s][0][0]).all() and (residuals[s] == alone[s][1][0]).all() for s in range(3))
-
-
-def test_the_default_order_depends_on_the_shortest_axis():
-    """A block of strata must fit on it."""
-    for least in range(2, 60):
-        for longest in range(least, 2 * least + 1):
-            assert default_order((least, longest)) == default_order((longest, least)) == default_order((least, least))
+        fit = fit_strata(samples, local(4), threads, values)
+        np.testing.assert_array_equal(fit.weights, np.concatenate([one.weights for one in alone]))
+        np.testing.assert_array_equal(fit.residuals, np.concatenate([one.residuals for one in alone]))
 
 
 @pytest.mark.parametrize("d", range(1, 9))
 def test_stencils_have_samples_enough(d):
-    for order in range(1, HIGHEST_ORDER[d] + 1):
+    for order in range(1, highest_order(d) + 1):
         s = stencil(order, (50,) * d)
         assert s.order == order
         assert math.prod(s.width) - 1 >= 2.2 * math.comb(order + d, d)
@@ -232,18 +230,19 @@ def test_weights_follow_the_samples_order():
     np.testing.assert_array_equal(again, w[shuffle])
 
 
-@pytest.mark.parametrize("order", [3, "kriging"])
-def test_values_and_residuals_follow_the_samples_order(order):
+@pytest.mark.parametrize("method", [local(3), KRIGING])
+def test_values_and_residuals_follow_the_samples_order(method):
     samples = draw((8, 8), sets=2)
     values = np.stack([np.exp(samples.points[..., 0]), np.sin(9 * samples.points.sum(axis=-1))], axis=1)
-    w, residuals = fit_strata(samples, order, 1, values)
+    fit = fit_strata(samples, method, 1, values)
+    w, residuals = fit.weights, fit.residuals
     shuffle = np.array([np.random.default_rng(seed).permutation(64) for seed in (2, 3)])
     points = np.take_along_axis(samples.points, shuffle[..., None], axis=1)
     again = fit_strata(
-        SampleSet(points, "stratified", (8, 8)), order, 1, np.take_along_axis(values, shuffle[:, None], axis=2)
+        SampleSet(points, "stratified", (8, 8)), method, 1, np.take_along_axis(values, shuffle[:, None], axis=2)
     )
-    np.testing.assert_array_equal(again[0], np.take_along_axis(w, shuffle, axis=1))
-    np.testing.assert_array_equal(again[1], np.take_along_axis(residuals, shuffle[:, None], axis=2))
+    np.testing.assert_array_equal(again.weights, np.take_along_axis(w, shuffle, axis=1))
+    np.testing.assert_array_equal(again.residuals, np.take_along_axis(residuals, shuffle[:, None], axis=2))
 
 
 def test_the_guard_knows_nothing_of_the_sample_that_is_left_out():
@@ -265,7 +264,7 @@ def test_the_guard_knows_nothing_of_the_sample_that_is_left_out():
     points[..., 1] += distances[:, None, None] * beyond * rng.uniform(0.5, 1, 16)
     points[..., own, 1] = places
     values = np.broadcast_to(rng.standard_normal(16), (points[..., 0].size // 16, 1, 16)).copy()
-    _, residuals = fit_strata(SampleSet(points.reshape(-1, 16, 2), "stratified", strata), 3, 1, values)
+    residuals = fit_strata(SampleSet(points.reshape(-1, 16, 2), "stratified", strata), local(3), 1, values).residuals
     predicted = values[0, 0, own] - residuals[:, 0, own].reshape(len(distances), len(places))
 
     def misses(degree):

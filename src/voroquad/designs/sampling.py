@@ -84,9 +84,14 @@ class SampleSet:
         return int(self.points.shape[-1])
 
     @property
+    def batch(self) -> NDArray[np.float64]:
+        """The points (sets, n, d), of one set as a batch of one."""
+        return self.points if self.points.ndim == 3 else self.points[None]
+
+    @property
     def kind(self) -> SetKind:
         """What a rule must know of the set, or of the sets of a batch."""
-        return SetKind(self.design, self.n, self.d, len(self.points) if self.points.ndim == 3 else 1)
+        return SetKind(self.design, self.n, self.d, len(self.batch))
 
     def __len__(self) -> int:
         return self.n

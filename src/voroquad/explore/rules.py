@@ -37,11 +37,13 @@ def offered(design: str, d: int) -> dict[str, list[int]]:
     orders = {
         weights: sorted(
             {
-                p
-                for rule in RULES
-                if rule.debias == weights
-                for p in rule.orders
-                if isinstance(p, int) and (DESIGNS[design].gridded or p <= HIGHEST_ORDER) and rule.covers(kind, p)
+                method.degree
+                for rules in RULES
+                if rules.debias == weights
+                for method in rules.methods
+                if method.degree is not None
+                and (DESIGNS[design].gridded or method.degree <= HIGHEST_ORDER)
+                and rules.covers(kind, method)
             }
         )
         for weights in WEIGHTS
@@ -57,7 +59,7 @@ def method(design: str, weights: str, order: int) -> Method:
 
 def needs_design(chosen: Method) -> bool:
     """Whether the weights are made for points of one design only."""
-    return any(rule.designs is not None for rule in RULES if rule.debias == chosen.debias)
+    return any(rules.designs is not None for rules in RULES if rules.debias == chosen.debias)
 
 
 def weigh(chosen: Method, edited: EditedSet) -> NDArray[np.float64]:

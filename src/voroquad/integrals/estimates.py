@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,9 +10,9 @@ from numpy.typing import NDArray
 from ..designs.design import DESIGNS, design_of
 from ..designs.engines import EngineFactory
 from ..designs.sampling import SampleSet, largest_size, sample
-from ..rules import cross_fit
-from ..rules.registry import has_rule, weights
-from ..rules.strata_fits import default_order, error_scale, fit_strata
+from ..rules.fit import ResidualFit
+from ..rules.method import Method
+from ..rules.registry import integration_rule, tells_own_error
 from .diagnostics import IntegrationWarning, diagnosis
 from .integrand import Integrand
 
@@ -21,10 +20,6 @@ Array = NDArray[np.float64]
 
 #: Replicates that one estimate is split into where a rule needs several sets.
 REPLICATES = 4
-
-#: Standard error of a sum Σ_i w_i f_i by rounding, in units of ε Σ_i |w_i f_i|.
-ROUNDING = 2.0
-EPSILON = float(np.finfo(np.float64).eps)
 
 #: Samples that an estimate must rest on, or this part of all of them where those are few. Below it says nothing.
 FEWEST_SAMPLES, FEWEST_PART = 10, 0.25
@@ -80,11 +75,6 @@ class Values:
         return cls(np.ascontiguousarray(values.reshape(-1, sets, n).swapaxes(0, 1)), power)
 
     @property
-    def all_zero(self) -> bool:
-        """Whether no value differs from 0."""
-        return not self.scaled.any()
-
-    @property
     def n(self) -> int:
         """Evaluations in all."""
         return self.scaled.shape[0] * self.scaled.shape[2]
@@ -96,7 +86,7 @@ class Estimator:
 
     integrand: Integrand
     sampler: str | EngineFactory
-    order: int | str
+    methods: tuple[Method, ...]
     debias: str
     sets: int
     rng: np.random.Generator
@@ -104,35 +94,26 @@ class Estimator:
 
     def __call__(self, n: int) -> Estimate:
         """An estimate from sets of at most n points."""
-        stratified = isinstance(self.sampler, str) and design_of(self.sampler).stratified
-        if stratified and self.debias in ("auto", "leave-one-out"):
-            return self._by_strata(n)
-        return self._by_replicates(n)
-
-    def _by_strata(self, n: int) -> Estimate:
-        """Leave-one-out on sets of one sample per stratum."""
-        d = self.integrand.d
-        drawn = sample(self.sampler, largest_size(self.sampler, n, d), d, sets=self.sets, rng=self.rng)
-        assert drawn.strata is not None
-        p = default_order(drawn.strata) if self.order == "auto" else self.order
+        drawn = self._draw(n)
+        rule = integration_rule(drawn.kind, self.methods, self.debias)
         values = Values.of(self.integrand, drawn.points)
-        if values.all_zero:
-            return self._zero(values)
-        w, residuals = fit_strata(drawn, p, self.threads, values.scaled)
-        means, rounding = weighted_sums(w[:, None], values.scaled, self.integrand.epsilon)
-        if self.sets > 1:
-            return self._across_sets(means, rounding, values)
-        surprise = _surprising_stratum(self.integrand, drawn.points[0], values.scaled[0], residuals[0])
-        error = error_scale(p, drawn.strata) * np.sqrt(np.square(residuals[0]).sum(axis=-1)) / drawn.n
-        return self._estimate(means[0], error, rounding[0], math.inf, values, surprise, residuals[0])
+        fit = rule.fit(drawn, self.threads, values.scaled)
+        means, rounding = fit.estimates(values.scaled, self.integrand.epsilon)
+        error, degrees_of_freedom = fit.standard_error(means)
+        warning = None
+        if len(means) == 1 and isinstance(fit, ResidualFit):
+            warning = _surprising_stratum(self.integrand, drawn.points[0], values.scaled[0], fit.residuals[0])
+        elif len(means) == 1:
+            warning = diagnosis("no-error", points=values.n)
+        return self._estimate(
+            means.mean(axis=0), error, rounding.mean(axis=0), degrees_of_freedom, values, warning, fit.deviations(means)
+        )
 
-    def _by_replicates(self, n: int) -> Estimate:
-        """Any rule of :func:`voroquad.weights` on independent sets; one estimate is split into four.
-
-        With nothing asked for: cross-fit, or the plain mean of a single replicate.
-        """
+    def _draw(self, n: int) -> SampleSet:
+        """Sets of at most n points; four replicates of a quarter of them where one set does not tell its error."""
         sets, d = self.sets, self.integrand.d
-        if sets == 1 and n >= 2 * REPLICATES:
+        own_error = isinstance(self.sampler, str) and tells_own_error(self.sampler, self.debias)
+        if sets == 1 and n >= 2 * REPLICATES and not own_error:
             sets, n = REPLICATES, n // REPLICATES
         drawn = sample(self.sampler, largest_size(self.sampler, n, d), d, sets=sets, rng=self.rng)
         if not design_of(drawn.design).randomised:
@@ -142,46 +123,7 @@ class Estimator:
                 f"{', '.join(name for name, design in DESIGNS.items() if design.randomised)}, "
                 "or an engine that scrambles its points and does not optimise them"
             )
-        values = Values.of(self.integrand, drawn.points)
-        scale = 1.0
-        if sets > 1 and self.debias in ("auto", "cross-fit") and self.order != 0:
-            if values.all_zero:
-                return self._zero(values)
-            p = "kriging" if self.order == "auto" else self.order
-            shares = cross_fit.fit_replicates(drawn.points, p, self.threads)
-            sums = [weighted_sums(share[:, None], values.scaled, self.integrand.epsilon) for share in shares]
-            means, rounding = (np.stack([by_set.sum(axis=0) for by_set in kind]) for kind in zip(*sums, strict=True))
-            scale = cross_fit.ERROR_SCALE
-        else:
-            w = self._weights_of_each(drawn)
-            means, rounding = weighted_sums(w[:, None], values.scaled, self.integrand.epsilon)
-        return self._across_sets(means, rounding, values, scale)
-
-    def _weights_of_each(self, drawn: SampleSet) -> Array:
-        """Weights (sets, n) of a rule that knows each set by itself; equal ones where none corrects anything.
-
-        Order 0 of cross-fit predicts a constant, which the corrections take away again.
-        """
-        constant = self.order == 0 and self.debias in ("auto", "cross-fit") and not has_rule(drawn.kind, 0, self.debias)
-        if constant or (self.order == "auto" and self.debias == "auto"):
-            return np.full(drawn.points.shape[:2], 1 / drawn.n)
-        p = 0 if self.order == "auto" else self.order
-        return weights(drawn, order=p, debias=self.debias, threads=self.threads)
-
-    def _across_sets(self, means: Array, rounding: Array, values: Values, scale: float = 1.0) -> Estimate:
-        """Mean and `scale` times the standard error of independent estimates (sets, fields)."""
-        sets = len(means)
-        if sets == 1:
-            unknown = np.full(means.shape[1], np.nan)
-            return self._estimate(means[0], unknown, rounding[0], 1, values, diagnosis("no-error", points=values.n))
-        error = scale * means.std(axis=0, ddof=1) / math.sqrt(sets)
-        mean = means.mean(axis=0)
-        return self._estimate(mean, error, rounding.mean(axis=0), sets - 1, values, deviations=(means - mean).T)
-
-    def _zero(self, values: Values) -> Estimate:
-        """0 ± 0, whatever the weights are."""
-        zero = np.zeros(values.scaled.shape[1])
-        return self._estimate(zero, zero, zero, math.inf, values, deviations=zero[:, None])
+        return drawn
 
     def _estimate(
         self,
@@ -199,25 +141,6 @@ class Estimator:
             warnings.append(warning)
         mean, error, rounding = (np.ldexp(x, values.power) for x in (mean, np.hypot(error, rounding), rounding))
         return Estimate(mean, error, rounding, values.n, degrees_of_freedom, tuple(warnings), deviations)
-
-
-def weighted_sums(w: Array, values: Array, epsilon: float = EPSILON) -> tuple[Array, Array]:
-    r"""The sums Σ_i w_i f_i over the last axis, and their standard errors by rounding.
-
-    Parameters
-    ----------
-    w, values : ndarray, (..., n)
-        Weights and values.
-    epsilon : float
-        Relative rounding error of the values.
-
-    Notes
-    -----
-    NumPy adds pairwise along the last axis, so the error grows as log n at most; in units of ε Σ_i \|w_i f_i\| its
-    root mean square is 0.1 to 1.7 for the default rules at 32 to 65536 points, most of it of the weights.
-    """
-    terms = w * values
-    return terms.sum(axis=-1), ROUNDING * epsilon * np.abs(terms).sum(axis=-1)
 
 
 def too_few_samples(values: Array) -> list[IntegrationWarning]:

@@ -8,7 +8,7 @@ import numpy as np
 
 from .._support.checks import one_of
 from ..designs.engines import EngineFactory
-from ..rules.strata_fits import HIGHEST_ORDER, check_order
+from ..rules.method import HIGHEST_DIMENSION, KRIGING, ORDER_ZERO, Method, highest_order, local, read_order
 from . import pilot
 from .estimates import Estimate, Estimator
 from .integrand import Integrand
@@ -16,8 +16,8 @@ from .integrand import Integrand
 #: "auto" is the rule that order, sampler and debias name.
 METHODS = ("auto", "kriging", "local", "pilot", "plain")
 
-#: The order that "local" takes where none is asked for, by dimension; on a line it grows with the number of points.
-LOCAL_ORDERS: dict[int, int | str] = {1: "auto", 2: 8}
+#: What "local" takes where no order is asked for, by dimension, else cubics; on a line it is left to the points.
+LOCAL_METHODS: dict[int, tuple[Method, ...]] = {1: (), 2: (local(8),)}
 
 
 def estimator(
@@ -37,14 +37,13 @@ def estimator(
     sampler, order or debias.
     """
     one_of("method", method, METHODS)
-    check_order(order, integrand.d)
+    read_order(order, integrand.d)
     if method == "pilot":
         _check_pilot(integrand.d, n_points, sampler, order, debias)
         return pilot.PilotEstimator(integrand, sets, rng, threads)
     if sampler == "auto":
         sampler = "multi-jittered" if integrand.d <= 4 else "sobol"
-    order = _order(method, order, integrand.d)
-    return Estimator(integrand, sampler, order, debias, sets, rng, threads)
+    return Estimator(integrand, sampler, _methods(method, order, integrand.d), debias, sets, rng, threads)
 
 
 def _check_pilot(d: int, n_points: int, sampler: str | EngineFactory, order: int | str, debias: str) -> None:
@@ -59,19 +58,19 @@ def _check_pilot(d: int, n_points: int, sampler: str | EngineFactory, order: int
         raise ValueError(f"n_points must be at least {pilot.FEWEST} for method='pilot', got {n_points}")
 
 
-def _order(method: str, order: int | str, d: int) -> int | str:
-    """The order that a method stands for; one that is asked for as well must be of that method."""
+def _methods(method: str, order: int | str, d: int) -> tuple[Method, ...]:
+    """The reconstructions that `method` stands for; an order that is asked for as well must be one of them."""
+    asked = read_order(order, d)
     if method == "auto":
-        return order
-    own: int | str
+        return asked
     if method == "local":
-        own = LOCAL_ORDERS.get(d, HIGHEST_ORDER.get(d, 0) and 3)
-        if own == 0:
-            raise ValueError(f"method='local' integrates in d = 1 to {max(HIGHEST_ORDER)} dimensions, got d = {d}")
-        fits = isinstance(order, int) and order > 0
+        if not highest_order(d):
+            raise ValueError(f"method='local' integrates in d = 1 to {HIGHEST_DIMENSION} dimensions, got d = {d}")
+        own = LOCAL_METHODS.get(d, (local(3),))
+        fits = bool(asked) and asked[0].name == "local"
     else:
-        own = "kriging" if method == "kriging" else 0
-        fits = order == own
-    if order != "auto" and not fits:
+        own = (KRIGING,) if method == "kriging" else ORDER_ZERO
+        fits = asked == own
+    if asked and not fits:
         raise ValueError(f"order={order!r} does not go with method={method!r}; leave one of them out")
-    return own if order == "auto" else order
+    return asked or own

@@ -9,8 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from ..rules.fit import ROUNDING
 from .diagnostics import IntegrationWarning, diagnosis
-from .estimates import FEWEST_STRATA, ROUNDING, SURPRISE, Estimate, unresolved
+from .estimates import FEWEST_STRATA, SURPRISE, Estimate, unresolved
 from .integrand import Integrand
 
 Array = NDArray[np.float64]

@@ -6,8 +6,6 @@ import functools
 from collections.abc import Callable, Mapping
 from typing import Any, ParamSpec, TypeVar
 
-import numpy as np
-
 from .._support.checks import one_of, positive_int, thread_count
 from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, as_generator
@@ -129,7 +127,7 @@ def quad(
         set. "auto" is "multi-jittered" for d ≤ 4 and "sobol" above.
     order : int, "kriging" or "auto"
         Order of the rule. "auto" is a fixed function of the dimension and the number of points: for stratified and
-        multi-jittered sets :func:`voroquad.rules.strata_fits.default_order`, else "kriging". 0 is plain
+        multi-jittered sets :func:`voroquad.rules.defaults.default_of_strata`, else "kriging". 0 is plain
         stratification, and the plain mean of replicates.
     debias : str
         As in :func:`voroquad.weights`.
@@ -203,7 +201,6 @@ def quad(
     threads = thread_count(threads)
     one_of("debias", debias, DEBIAS)
     wanted = None if rtol is None and atol is None else tolerance(rtol or 0, atol or 0)
-    order = int(order) if isinstance(order, np.integer) else order
     batch = None if batch is None else positive_int("batch", batch)
     generator = as_generator(rng)
     places, library = parts_of(a, b, measure, loc, scale)

@@ -9,7 +9,8 @@ import mitsuba as mi
 from .._support.checks import one_of, positive_int
 from ..designs.design import DESIGNS, design_of
 from ..designs.sampling import SetKind
-from ..rules.registry import DEBIAS, MAX_ORDER, find_rule
+from ..rules.method import read_order
+from ..rules.registry import DEBIAS, find_rule, has_rule
 from ..sample_tables import Recipe, SampleTable
 from .domains import Domain
 from .properties import read_property
@@ -76,8 +77,7 @@ def read_settings(props: mi.Properties, domain: Domain, *, weighted: bool) -> Ta
     debias = one_of("debias", read_property(props, "debias", "auto"), DEBIAS)
     order = read_property(props, "order", default_order(design, domain.dimension, debias))
     seed = read_property(props, "table_seed", 0) if "table_seed" in props else None
-    if not 0 <= order <= MAX_ORDER:
-        raise ValueError(f"order must be a whole number from 0 to {MAX_ORDER}, got {order}")
+    read_order(order, names=())
     if seed is not None and seed < 0:
         raise ValueError(f"table_seed must be at least 0, got {seed}")
     if design != SCENE:
@@ -116,21 +116,13 @@ def _rule(design: str, d: int, order: int, debias: str) -> str:
             "order=0 with debias='none' (cells, which are biased at borders), weighted=false, or a design such as "
             "'stratified'"
         )
-    kind = SetKind(design, 1, d)
-    if debias == "auto" and not _exists(kind, order):
+    kind, methods = SetKind(design, 1, d), read_order(order)
+    if debias == "auto" and not has_rule(kind, methods, debias):
         raise ValueError(
             f"no weights without bias are known for single sets of sampler={design!r} with order={order}; take "
             "debias='none' with order=0 (cells, which are biased at borders), weighted=false, or sampler='stratified'"
         )
-    return find_rule(kind, order, debias).debias
-
-
-def _exists(kind: SetKind, order: int) -> bool:
-    try:
-        find_rule(kind, order, "auto")
-    except ValueError:
-        return False
-    return True
+    return find_rule(kind, methods, debias).debias
 
 
 def table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:

@@ -11,6 +11,8 @@ from scipy.spatial import cKDTree
 from .. import _core
 from ..designs.sampling import SampleSet
 from . import kriging_rules
+from .fit import CrossFit
+from .method import Method
 
 Array = NDArray[np.float64]
 
@@ -22,15 +24,15 @@ SAMPLES_PER_TERM = 2.4
 ERROR_SCALE = 1.3
 
 
-def fit_replicates(points: Array, order: int | str, threads: int) -> Array:
+def replicate_shares(points: Array, method: Method, threads: int) -> Array:
     """What the values of each replicate count in the estimate of each replicate.
 
     Parameters
     ----------
     points : ndarray, (sets, n, d)
         Independent replicates, two or more, each of whose points is uniform in the unit box.
-    order : int or "kriging"
-        Order of local fits, lowered where the other replicates hold too few points; or kriging.
+    method : Method
+        Local polynomials, of a degree that is lowered where the other replicates hold too few points; or kriging.
     threads : int
         Number of threads; the result does not depend on it.
 
@@ -49,11 +51,11 @@ def fit_replicates(points: Array, order: int | str, threads: int) -> Array:
     kriging, it is a polynomial in each of about as many equal boxes as it has samples, fitted to those nearest to the
     box's centre; so ∫ f̂_(r) is exact.
     """
-    if isinstance(order, str):
+    if method.degree is None:
         return kriging_rules.krige_replicates(points, threads)
     sets, n, d = points.shape
     m = (sets - 1) * n
-    order = next((p for p in range(order, 0, -1) if m > math.comb(p + d, d) * SAMPLES_PER_TERM), 0)
+    order = next((p for p in range(method.degree, 0, -1) if m > math.comb(p + d, d) * SAMPLES_PER_TERM), 0)
     k = min(math.ceil(math.comb(order + d, d) * SAMPLES_PER_TERM), m)
     per_axis = max(1, math.floor(m ** (1 / d) + 1e-9))
     boxes = (np.indices((per_axis,) * d).reshape(d, -1).T + 0.5) / per_axis
@@ -83,6 +85,7 @@ def fit_replicates(points: Array, order: int | str, threads: int) -> Array:
     return weights
 
 
-def weigh_replicates(samples: SampleSet, order: int | str, threads: int) -> Array:
-    """Weights (sets, n); the mean over the sets of Σ_i w f is the mean of the Î_r."""
-    return fit_replicates(samples.points, order, threads).sum(axis=0)
+def fit_replicates(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> CrossFit:
+    """Cross-fit of replicates; the mean over the sets of Σ_i w f is the mean of the Î_r."""
+    shares = replicate_shares(samples.points, method, threads)
+    return CrossFit(shares.sum(axis=0), shares, ERROR_SCALE)

@@ -165,7 +165,7 @@ def krige_replicates(points: Array, threads: int) -> Array:
     """Cross-fit of independent replicates (sets, n, d).
 
     Returns what the values of each replicate count in the estimate of each, (sets, sets, n), as
-    :func:`voroquad.rules.cross_fit.fit_replicates` does. The prediction is from at most :data:`MOST` samples, the
+    :func:`voroquad.rules.cross_fit.replicate_shares` does. The prediction is from at most :data:`MOST` samples, the
     first of each replicate; the others only correct it.
     """
     sets, n, d = points.shape

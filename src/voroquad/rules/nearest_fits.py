@@ -11,6 +11,8 @@ from scipy.spatial import cKDTree
 from .. import _core
 from ..designs.sampling import SampleSet
 from .cross_fit import SAMPLES_PER_TERM
+from .fit import Fit
+from .method import Method
 
 Array = NDArray[np.float64]
 
@@ -82,10 +84,10 @@ def leave_one_out(points: Array, order: int, threads: int) -> Array:
     return (1 + (n - k - 1) * mean + (k + 1) * mean_without - values - values_without) / n
 
 
-def weigh_uniform(samples: SampleSet, order: int, threads: int) -> Array:
-    """The weights (n,) or (sets, n) of :func:`leave_one_out`."""
-    sets = np.reshape(samples.points, (-1, samples.n, samples.d))
-    return np.stack([leave_one_out(points, order, threads) for points in sets]).reshape(samples.points.shape[:-1])
+def fit_uniform(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
+    """Leave-one-out of each set by itself (:func:`leave_one_out`)."""
+    assert method.degree is not None
+    return Fit(np.stack([leave_one_out(points, method.degree, threads) for points in samples.batch]))
 
 
 def _neighbours(order: int, d: int) -> int:

@@ -3,29 +3,31 @@
 from __future__ import annotations
 
 import math
+import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._support.checks import one_of, point_array, refuse_transposed, thread_count
 from ..designs.design import DESIGNS, ENGINE_DESIGNS, design_of
-from ..designs.grids import grid_shape, stratum_index
+from ..designs.grids import stratum_index
 from ..designs.sampling import SampleSet, SetKind, as_sample_set
 from ..geometry.bounds import Bounds
 from ..geometry.cells import cells
 from ..geometry.probes import probed_measures
-from . import exchange, strata_fits
+from . import exchange
 from .boundary_control import boundary_control
-from .cross_fit import weigh_replicates
-from .kriging_rules import MOST
-from .nearest_fits import weigh_uniform
-from .strata_fits import weigh_independent, weigh_strata
+from .cross_fit import fit_replicates
+from .defaults import default_methods
+from .fit import Fit
+from .kriging_rules import MOST, krige_independent
+from .method import KRIGING, LOCAL_DEGREES, MEAN, ORDER_ZERO, VORONOI, Method, local, read_order
+from .nearest_fits import fit_uniform
+from .strata_fits import fit_strata
 
 DEBIAS = ("none", "bias-function", "exchange", "leave-one-out", "cross-fit", "auto")
-MAX_ORDER = 8
 
 
 def weights(
@@ -102,12 +104,13 @@ def weights(
     ``leave-one-out``   1 to 8   1 to 3  stratified, multi-jittered     yes       yes
     ``leave-one-out``   1 to 3   4 to 8  stratified, multi-jittered     yes       yes
     ``leave-one-out``   1 to 8   1 to 3  uniform                        yes       yes
-    ``leave-one-out``   0 to 3   4 to 8  uniform                        yes       yes
-    ``leave-one-out``   kriging  1 to 8  stratified, multi-jittered     yes       yes
-    ``leave-one-out``   kriging  1 to 8  uniform, n ≤ 2048              yes       yes
+    ``leave-one-out``   1 to 3   4 to 8  uniform                        yes       yes
+    ``leave-one-out``   0        4 to 8  uniform                        yes       yes
+    ``leave-one-out``   kriging  any     stratified, multi-jittered     yes       yes
+    ``leave-one-out``   kriging  any     uniform, n ≤ 2048              yes       yes
     ``cross-fit``       1 to 8   1 to 3  randomised, two sets or more   yes       mean
     ``cross-fit``       1 to 3   4 to 8  randomised, two sets or more   yes       mean
-    ``cross-fit``       kriging  1 to 8  randomised, two sets or more   yes       mean
+    ``cross-fit``       kriging  any     randomised, two sets or more   yes       mean
     ==================  =======  ======  =============================  ========  ======
 
     In another box, ``debias="none"`` takes the Voronoi cells of that box, with distances in the unit of the points. All
@@ -132,8 +135,7 @@ def weights(
     if bounds is not None:
         return _weights_in_box(samples, bounds, order, debias, design, thread_count(threads))
     samples = as_sample_set(samples, design)
-    rule, order = choose_rule(samples.kind, order, debias)
-    return rule.compute(samples, order, thread_count(threads))
+    return choose_rule(samples.kind, order, debias).weigh(samples, thread_count(threads))
 
 
 def _weights_in_box(
@@ -148,114 +150,156 @@ def _weights_in_box(
     refuse_transposed(points, name="samples")
     box = Bounds(d, bounds)
     samples = as_sample_set(box.to_unit(points), design)
-    rule, order = choose_rule(samples.kind, order, debias)
+    rule = choose_rule(samples.kind, order, debias)
     if rule.in_box is not None:
         return rule.in_box(points, box, threads)
-    return box.volume * rule.compute(samples, order, threads)
+    return box.volume * rule.weigh(samples, threads)
 
 
-def choose_rule(kind: SetKind, order: int | str, debias: str) -> tuple[Rule, int | str]:
-    """The rule and the order that `order` and `debias` mean for sets of a kind; ValueError if there are none."""
-    one_of("debias", debias, DEBIAS)
-    if isinstance(order, str):
-        one_of("order", order, ("kriging", "auto"))
-    elif not isinstance(order, int | np.integer) or isinstance(order, bool) or not 0 <= order <= MAX_ORDER:
-        raise ValueError(f"order must be a whole number from 0 to {MAX_ORDER}, 'kriging' or 'auto', got {order!r}")
-    else:
-        order = int(order)
-    if order == "auto":
-        order = default_order(kind, debias)
-    return find_rule(kind, order, debias), order
-
-
-def default_order(kind: SetKind, debias: str) -> int | str:
-    """The order that ``order="auto"`` means: that of :func:`voroquad.quad` where it has a rule, else 0.
-
-    Independent samples leave gaps, which on a line are so wide beside the mean that predictions across them are wild:
-    there it is 0, above kriging.
-    """
-    design = design_of(kind.design)
-    if debias in ("auto", "leave-one-out") and design.gridded:
-        return strata_fits.default_order(grid_shape(kind.n, kind.d)) if design.stratified else 0
-    if debias in ("auto", "leave-one-out") and kind.design == "uniform" and kind.d > 1 and kind.n <= MOST:
-        return "kriging"
-    if debias in ("auto", "cross-fit") and design.randomised and kind.sets > 1:
-        return "kriging"
-    return 0
+#: Fits sets of samples by a method on some threads; the values are (sets, fields, n), those of integrands.
+Fitter = Callable[[SampleSet, Method, int, NDArray[np.float64] | None], Fit]
+#: Weights of points of a box, by rules that go by distances, which scaling the axes would change.
+InBox = Callable[[ArrayLike, Bounds, int], NDArray[np.float64]]
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A way to weigh samples and the sample sets it is for."""
+    """A way to weigh samples: a method to reconstruct the integrand, and how the bias of that is removed."""
 
     debias: str
-    orders: Sequence[int | str]
+    method: Method
+    fitter: Fitter
+    in_box: InBox | None = None
+
+    def fit(self, samples: SampleSet, threads: int, values: NDArray[np.float64] | None = None) -> Fit:
+        """Weights of sets of samples and, with values (sets, fields, n) of integrands, what tells their error."""
+        return self.fitter(samples, self.method, threads, values)
+
+    def weigh(self, samples: SampleSet, threads: int) -> NDArray[np.float64]:
+        """Weights (n,) or (sets, n)."""
+        return self.fit(samples, threads).weights.reshape(samples.points.shape[:-1])
+
+
+@dataclass(frozen=True)
+class Family:
+    """Rules that differ in their method only, and the sample sets they are for."""
+
+    debias: str
+    methods: tuple[Method, ...]
     dimensions: range
     designs: tuple[str, ...] | None  # None: any
-    compute: Callable[[SampleSet, Any, int], NDArray[np.float64]]
+    fitter: Fitter
     fewest_sets: int = 1
     most: float = math.inf  # samples of a set
-    #: Weights of points of a box, by rules that go by distances, which scaling the axes would change
-    in_box: Callable[[Any, Bounds, int], NDArray[np.float64]] | None = None
+    in_box: InBox | None = None
 
-    def covers(self, kind: SetKind, order: int | str) -> bool:
-        """Whether the rule has a meaning for sets of this kind and this order."""
+    def covers(self, kind: SetKind, method: Method) -> bool:
+        """Whether the rule of this method has a meaning for sets of this kind."""
         return (
-            order in self.orders
+            method in self.methods
             and kind.d in self.dimensions
             and kind.n <= self.most
             and (self.designs is None or kind.design in self.designs)
             and kind.sets >= self.fewest_sets
         )
 
+    def rule(self, method: Method) -> Rule:
+        """The rule of a method."""
+        return Rule(self.debias, method, self.fitter, self.in_box)
+
     @property
     def unbiased(self) -> bool:
-        """Whether its mean is the integral of every integrand."""
+        """Whether the mean of its rules is the integral of every integrand."""
         return self.debias != "none"
 
     def __str__(self) -> str:
         designs = "any design" if self.designs is None else "design " + " or ".join(self.designs)
         sets = "" if self.fewest_sets == 1 else f", points (sets, n, d) with {self.fewest_sets} sets or more"
         most = "" if self.most == math.inf else f", n ≤ {self.most}"
-        orders = f"order {_span(self.orders)}, d = {_span(self.dimensions)}{most}"
+        orders = f"order {span([m.order for m in self.methods])}, d = {span(self.dimensions)}{most}"
         biased = "" if self.unbiased else " (biased near the border)"
         return f"debias={self.debias!r}{biased} with {orders}, {designs}{sets}"
 
 
-def has_rule(kind: SetKind, order: int | str, debias: str) -> bool:
+def span(entries: Sequence[int | str]) -> str:
+    """Entries in short: "2", "1 to 8", "1 and more"."""
+    if isinstance(entries, range) and entries.stop == ANY.stop:
+        return f"{entries[0]} and more"
+    return repr(entries[0]) if len(entries) == 1 else f"{entries[0]} to {entries[-1]}"
+
+
+def choose_rule(kind: SetKind, order: int | str, debias: str) -> Rule:
+    """The rule that `order` and `debias` mean for sets of a kind; ValueError if there is none."""
+    one_of("debias", debias, DEBIAS)
+    return find_rule(kind, read_order(order) or default_methods(kind, debias), debias)
+
+
+def integration_rule(kind: SetKind, methods: tuple[Method, ...], debias: str) -> Rule:
+    """The rule of :func:`voroquad.quad`: that of :func:`weights`, but where one is asked for that tells an error.
+
+    Order 0 with corrections is plain stratification, or the plain mean of each set: predicted constants, which the
+    corrections take away again. So is what nothing is asked of and what is a single set.
+    """
+    if tells_own_error(kind.design, debias):
+        return find_rule(kind, (methods or default_methods(kind, debias))[-1:], "leave-one-out", (PLAIN, *RULES))
+    corrected = debias in ("auto", "cross-fit")
+    if corrected and kind.sets > 1 and methods != ORDER_ZERO:
+        return find_rule(kind, methods or (KRIGING,), "cross-fit")
+    plain = not has_rule(kind, methods, debias) if methods == ORDER_ZERO else not methods and debias == "auto"
+    if corrected and plain:
+        return Rule("cross-fit", MEAN, _equal)
+    return find_rule(kind, methods or ORDER_ZERO, debias)
+
+
+def tells_own_error(design: str, debias: str) -> bool:
+    """Whether the rule of :func:`voroquad.quad` reads the error off one set of a design."""
+    return debias in ("auto", "leave-one-out") and design_of(design).stratified
+
+
+def has_rule(kind: SetKind, methods: Sequence[Method], debias: str) -> bool:
     """Whether there is a rule for sets of a kind."""
-    return next(_matching(kind, order, debias), None) is not None
+    return any(_matching(kind, methods, debias))
 
 
-def find_rule(kind: SetKind, order: int | str, debias: str) -> Rule:
-    """The rule for sets of a kind; ValueError with those nearest to it if there is none.
+def find_rule(kind: SetKind, methods: Sequence[Method], debias: str, families: Sequence[Family] | None = None) -> Rule:
+    """The rule for sets of a kind, of the first method that has one; ValueError with those nearest to it if none has.
 
     Where an unbiased rule was asked for, biased ones are listed last and called so.
     """
-    if (rule := next(_matching(kind, order, debias), None)) is not None:
+    families = RULES if families is None else families
+    if (rule := next(_matching(kind, methods, debias, families), None)) is not None:
         return rule
-    near = [rule for rule in RULES if rule.debias == debias or rule.covers(kind, order)]
+    near = [family for family in RULES if family.debias == debias or any(family.covers(kind, m) for m in methods)]
     if debias == "auto":
-        near += [rule for rule in RULES if rule.unbiased and any(rule.covers(kind, p) for p in rule.orders)]
-    near = sorted(dict.fromkeys(near or RULES), key=lambda rule: not rule.unbiased)
+        near += [family for family in RULES if family.unbiased and any(family.covers(kind, m) for m in family.methods)]
+    near = sorted(dict.fromkeys(near or RULES), key=lambda family: not family.unbiased)
     raise ValueError(
-        f"no rule for order={order!r}, debias={debias!r}, design {kind.design!r}, d = {kind.d}, "
+        f"no rule for order={methods[0].order!r}, debias={debias!r}, design {kind.design!r}, d = {kind.d}, "
         f"n = {kind.n}; there are: " + "; ".join(map(str, near))
     )
 
 
-def _matching(kind: SetKind, order: int | str, debias: str) -> Iterator[Rule]:
-    for rule in RULES:
-        if (rule.unbiased if debias == "auto" else rule.debias == debias) and rule.covers(kind, order):
-            yield rule
+def _matching(
+    kind: SetKind, methods: Sequence[Method], debias: str, families: Sequence[Family] | None = None
+) -> Iterator[Rule]:
+    for method in methods:
+        for family in RULES if families is None else families:
+            wanted = family.unbiased if debias == "auto" else family.debias == debias
+            if wanted and family.covers(kind, method):
+                yield family.rule(method)
 
 
-def _voronoi(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
-    return cells(samples.points, threads=threads).measures
+# ---------------------------------------------------------------------- fits of the rules that weigh only
+
+Points = NDArray[np.float64]
 
 
-def _probed(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
-    return probed_measures(samples.points, threads)
+def _voronoi(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+    return Fit(cells(samples.batch, threads=threads).measures)
+
+
+def _probed(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+    return Fit(probed_measures(samples.batch, threads))
 
 
 def _voronoi_in_box(points: ArrayLike, box: Bounds, threads: int) -> NDArray[np.float64]:
@@ -267,59 +311,77 @@ def _probed_in_box(points: ArrayLike, box: Bounds, threads: int) -> NDArray[np.f
     return box.volume * probed_measures(box.to_core(points), threads, sides)
 
 
-def _over_bias_function(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
-    return exchange.by_bias_function(samples.points, _voronoi(samples, order, threads), samples.strata)
+def _over_bias_function(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+    measures = _voronoi(samples, method, threads).weights
+    return Fit(exchange.by_bias_function(samples.batch, measures, samples.strata))
 
 
-def _boundary_control(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
-    return boundary_control(samples.points, _voronoi(samples, order, threads), samples.strata, threads)
+def _boundary_control(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+    measures = _voronoi(samples, method, threads).weights
+    return Fit(boundary_control(samples.batch, measures, samples.strata, threads))
 
 
-def _exchange_uniform(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
-    return exchange.exchange_uniform(samples.points)
+def _exchange_uniform(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+    return Fit(exchange.exchange_uniform(samples.batch))
 
 
-def _exchange_stratified(samples: SampleSet, order: int, threads: int) -> NDArray[np.float64]:
-    return _in_strata_order(samples, exchange.exchange_stratified)
+def _exchange_stratified(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+    return Fit(_in_strata_order(samples, exchange.exchange_stratified))
 
 
-def _in_strata_order(
-    samples: SampleSet, rule: Callable[[NDArray[np.float64]], NDArray[np.float64]]
-) -> NDArray[np.float64]:
+def _krige_independent(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+    return Fit(krige_independent(samples.batch, threads))
+
+
+def _equal(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+    return Fit(np.full(samples.batch.shape[:2], 1 / samples.n))
+
+
+def _in_strata_order(samples: SampleSet, rule: Callable[[Points], Points]) -> Points:
     """Apply a rule that wants the points in C order of their strata."""
     assert samples.strata is not None
-    order = np.argsort(stratum_index(samples.points, samples.strata), axis=-1)
-    w = np.empty(samples.points.shape[:-1])
-    np.put_along_axis(w, order, rule(np.take_along_axis(samples.points, order[..., None], axis=-2)), axis=-1)
+    points = samples.batch
+    order = np.argsort(stratum_index(points, samples.strata), axis=-1)
+    w = np.empty(points.shape[:-1])
+    np.put_along_axis(w, order, rule(np.take_along_axis(points, order[..., None], axis=-2)), axis=-1)
     return w
 
 
-def _span(entries: Sequence[int | str]) -> str:
-    return repr(entries[0]) if len(entries) == 1 else f"{entries[0]} to {entries[-1]}"
-
+# ---------------------------------------------------------------------- the table
 
 _ALL = (*DESIGNS.values(), *ENGINE_DESIGNS.values())
 RANDOMISED = tuple(design.name for design in _ALL if design.randomised)
 STRATIFIED = tuple(design.name for design in _ALL if design.stratified)
 INDEPENDENT = tuple(design.name for design in _ALL if design.independent)
 
-KRIGING = ("kriging",)
+#: Every number of dimensions
+ANY = range(1, sys.maxsize)
+
+
+def _local_families(debias: str, designs: tuple[str, ...], fitter: Fitter, fewest_sets: int = 1) -> tuple[Family, ...]:
+    """Local polynomials of degree 1 up to the highest of each dimension."""
+    return tuple(
+        Family(debias, tuple(local(p) for p in range(1, highest + 1)), dimensions, designs, fitter, fewest_sets)
+        for dimensions, highest in LOCAL_DEGREES
+    )
+
 
 #: Every rule there is. debias="auto" takes the first unbiased one that covers the set.
 RULES = (
-    Rule("exchange", range(1), range(1, 2), ("uniform",), _exchange_uniform),
-    Rule("exchange", range(1), range(1, 2), ("stratified",), _exchange_stratified),
-    Rule("leave-one-out", range(1), range(1, 4), INDEPENDENT, _boundary_control),
-    Rule("leave-one-out", range(1, 9), range(1, 4), STRATIFIED, weigh_strata),
-    Rule("leave-one-out", range(1, 4), range(4, 9), STRATIFIED, weigh_strata),
-    Rule("leave-one-out", range(1, 9), range(1, 4), ("uniform",), weigh_uniform),
-    Rule("leave-one-out", range(4), range(4, 9), ("uniform",), weigh_uniform),
-    Rule("leave-one-out", KRIGING, range(1, 9), STRATIFIED, weigh_strata),
-    Rule("leave-one-out", KRIGING, range(1, 9), ("uniform",), weigh_independent, most=MOST),
-    Rule("cross-fit", range(1, 9), range(1, 4), RANDOMISED, weigh_replicates, fewest_sets=2),
-    Rule("cross-fit", range(1, 4), range(4, 9), RANDOMISED, weigh_replicates, fewest_sets=2),
-    Rule("cross-fit", KRIGING, range(1, 9), RANDOMISED, weigh_replicates, fewest_sets=2),
-    Rule("bias-function", range(1), range(1, 4), INDEPENDENT, _over_bias_function),
-    Rule("none", range(1), range(1, 4), None, _voronoi, in_box=_voronoi_in_box),
-    Rule("none", range(1), range(4, 9), None, _probed, in_box=_probed_in_box),
+    Family("exchange", (VORONOI,), range(1, 2), ("uniform",), _exchange_uniform),
+    Family("exchange", (VORONOI,), range(1, 2), ("stratified",), _exchange_stratified),
+    Family("leave-one-out", (VORONOI,), range(1, 4), INDEPENDENT, _boundary_control),
+    *_local_families("leave-one-out", STRATIFIED, fit_strata),
+    *_local_families("leave-one-out", ("uniform",), fit_uniform),
+    Family("leave-one-out", (local(0),), range(4, 9), ("uniform",), fit_uniform),
+    Family("leave-one-out", (KRIGING,), ANY, STRATIFIED, fit_strata),
+    Family("leave-one-out", (KRIGING,), ANY, ("uniform",), _krige_independent, most=MOST),
+    *_local_families("cross-fit", RANDOMISED, fit_replicates, fewest_sets=2),
+    Family("cross-fit", (KRIGING,), ANY, RANDOMISED, fit_replicates, fewest_sets=2),
+    Family("bias-function", (VORONOI,), range(1, 4), INDEPENDENT, _over_bias_function),
+    Family("none", (VORONOI,), range(1, 4), None, _voronoi, in_box=_voronoi_in_box),
+    Family("none", (VORONOI,), range(4, 9), None, _probed, in_box=_probed_in_box),
 )
+
+#: Plain stratification: constants, predicted and corrected, are the mean, with an error for :func:`integration_rule`.
+PLAIN = Family("leave-one-out", (local(0),), ANY, STRATIFIED, fit_strata)

@@ -14,22 +14,13 @@ from ..designs.design import design_of
 from ..designs.grids import stratum_index
 from ..designs.sampling import SampleSet
 from . import kriging_rules
+from .fit import ResidualFit
+from .method import Method
 
 Array = NDArray[np.float64]
 
-#: Highest order of a fit by dimension; above three a fit needs too many samples.
-HIGHEST_ORDER = {1: 8, 2: 8, 3: 8} | dict.fromkeys(range(4, 9), 3)
-
 #: Fewest samples of a fit per polynomial term: with less, even on a small grid, the order is lowered.
 FEWEST_PER_TERM = 1.5
-
-#: Default order on a line and in the plane: the first entry whose least number of strata along an axis is
-#: reached. All else is left to kriging.
-DEFAULT_ORDERS = {
-    1: ((96, 8), (48, 6), (16, 4), (8, 2), (4, 1), (1, 0)),
-    2: ((34, 8),),
-}
-
 
 #: What (Σ (|S_i| r_i)²)^½ is multiplied by to give the standard error, by dimension and default order, each
 #: from a least number of strata on: benchmarks/calibrate_errors.py, benchmarks/results/error_scale.csv.
@@ -40,16 +31,6 @@ ERROR_SCALE: dict[tuple[int, int | str], tuple[tuple[int, float], ...]] = {
     (3, "kriging"): ((36, 1.0), (1, 1.2)),
     (4, "kriging"): ((200, 1.0), (100, 1.1), (1, 1.3)),
 }  # fmt: skip
-
-
-def check_order(order: object, d: int) -> None:
-    """Raise ValueError for an order that no rule of :func:`voroquad.quad` has in d dimensions."""
-    highest = HIGHEST_ORDER.get(d, 0)
-    if order in ("kriging", "auto"):
-        return
-    if not isinstance(order, int) or isinstance(order, bool) or not 0 <= order <= highest:
-        numbers = f"a whole number from 0 to {highest}" if highest else "0"
-        raise ValueError(f"order must be {numbers} for d = {d}, 'kriging' or 'auto', got {order!r}")
 
 
 @dataclass(frozen=True)
@@ -92,39 +73,27 @@ def _samples_per_term(order: int, d: int) -> float:
     return 2.4 if d == 1 else 2.2
 
 
-def default_order(strata: tuple[int, ...]) -> int | str:
-    """The order that :func:`voroquad.quad` takes for one sample in each stratum of a grid.
-
-    It depends on the dimension and on the least number of strata along an axis
-    (:data:`DEFAULT_ORDERS`), never on the integrand.
-    """
-    for least, order in DEFAULT_ORDERS.get(len(strata), ()):
-        if min(strata) >= least:
-            return order
-    return "kriging"
-
-
-def error_scale(order: int | str, strata: tuple[int, ...]) -> float:
+def error_scale(method: Method, strata: tuple[int, ...]) -> float:
     """The factor between (Σ (|S_i| r_i)²)^½ and the standard error of a set (:data:`ERROR_SCALE`).
 
-    Of an order that is no default of the dimension, the largest.
+    Of a method that is no default of the dimension, the largest.
     """
     d, n = min(len(strata), 4), math.prod(strata)
-    fitted = order if isinstance(order, str) else stencil(order, strata).order
+    fitted = method.order if method.degree is None else stencil(method.degree, strata).order
     of_dimension = [scales for (dimension, _), scales in ERROR_SCALE.items() if dimension == d]
     scales = [ERROR_SCALE[d, fitted]] if (d, fitted) in ERROR_SCALE else of_dimension
     return max(next(factor for least, factor in s if n >= least) for s in scales)
 
 
-def fit_strata(samples: SampleSet, order: int | str, threads: int, values: Array | None = None) -> tuple[Array, Array]:
+def fit_strata(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> ResidualFit:
     """Leave-one-out with one sample per stratum.
 
     Parameters
     ----------
     samples : SampleSet
         Stratified or multi-jittered: (n, d) or (sets, n, d).
-    order : int or "kriging"
-        Order of the fits.
+    method : Method
+        Local polynomials, or kriging.
     threads : int
         Number of threads; the result does not depend on it.
     values : ndarray, (sets, fields, n), optional
@@ -132,14 +101,12 @@ def fit_strata(samples: SampleSet, order: int | str, threads: int, values: Array
 
     Returns
     -------
-    weights : ndarray, (sets, n)
-        They sum to 1.
-    residuals : ndarray, (sets, fields, n)
-        f(x_i) − P_i(x_i), what each sample corrects.
+    ResidualFit
+        The weights of a set sum to 1.
 
     Notes
     -----
-    P_i is the polynomial of total degree `order` fitted by least squares to the samples of the block of
+    P_i is the polynomial fitted by least squares to the samples of the block of
     strata around S_i without x_i, or the prediction by kriging, and
 
         Î = Σ_i [ ∫_{S_i} P_i + |S_i| (f(x_i) − P_i(x_i)) ].
@@ -148,7 +115,7 @@ def fit_strata(samples: SampleSet, order: int | str, threads: int, values: Array
     unbiased for every integrand. Of multi-jittered sets, all samples of the colour of x_i are left out.
     docs/theory.md, (10) and (11).
     """
-    points = samples.points if samples.points.ndim == 3 else samples.points[None]
+    points = samples.batch
     assert samples.strata is not None
     sets, n, _ = points.shape
     if values is None:
@@ -161,10 +128,10 @@ def fit_strata(samples: SampleSet, order: int | str, threads: int, values: Array
         points = np.take_along_axis(points, order_of[..., None], axis=1)
         values = np.take_along_axis(values, order_of[:, None], axis=2)
     points, values = np.ascontiguousarray(points), np.ascontiguousarray(values)
-    if isinstance(order, str):
+    if method.degree is None:
         weights, residuals = kriging_rules.krige_strata(points, samples.strata, period, values, threads)
     else:
-        block = stencil(order, samples.strata)
+        block = stencil(method.degree, samples.strata)
         weights, residuals, _ = _core.leave_one_out_strata(
             points, samples.strata, block.width, period, block.order, values, threads
         )
@@ -172,16 +139,4 @@ def fit_strata(samples: SampleSet, order: int | str, threads: int, values: Array
         back = np.argsort(order_of, axis=-1)
         weights = np.take_along_axis(weights, back, axis=-1)
         residuals = np.take_along_axis(residuals, back[:, None], axis=2)
-    return weights, residuals
-
-
-def weigh_strata(samples: SampleSet, order: int | str, threads: int) -> Array:
-    """The weights (n,) or (sets, n) of :func:`fit_strata`."""
-    weights, _ = fit_strata(samples, order, threads)
-    return weights if samples.points.ndim == 3 else weights[0]
-
-
-def weigh_independent(samples: SampleSet, order: str, threads: int) -> Array:
-    """Weights (n,) or (sets, n) of independent uniform samples by kriging."""
-    sets = np.reshape(samples.points, (-1, samples.n, samples.d))
-    return kriging_rules.krige_independent(sets, threads).reshape(samples.points.shape[:-1])
+    return ResidualFit(weights, residuals, error_scale(method, samples.strata))

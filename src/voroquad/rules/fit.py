@@ -1,0 +1,129 @@
+"""What a rule makes of sample sets: weights, and of what the errors of estimates are read off."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+#: Standard error of a sum Σ_i w_i f_i by rounding, in units of ε Σ_i |w_i f_i|.
+ROUNDING = 2.0
+EPSILON = float(np.finfo(np.float64).eps)
+
+
+@dataclass(frozen=True, eq=False)
+class Fit:
+    """Weights of sample sets. The estimate of each set has an error that only the spread of several tells.
+
+    Attributes
+    ----------
+    weights : ndarray, (sets, n)
+        w of the estimates Σ_i w_i f(x_i).
+    """
+
+    weights: Array
+
+    def estimates(self, values: Array, epsilon: float = EPSILON) -> tuple[Array, Array]:
+        """Estimates (sets, fields) from values (sets, fields, n), and their standard errors by rounding.
+
+        `epsilon` is the relative rounding error of the values.
+        """
+        return weighted_sums(self.weights[:, None], values, epsilon)
+
+    def standard_error(self, estimates: Array) -> tuple[Array, float]:
+        """Standard error (fields,) of the mean of estimates (sets, fields), and its degrees of freedom.
+
+        It is NaN where the sets do not tell.
+        """
+        return spread(estimates)
+
+    def deviations(self, estimates: Array) -> Array | None:
+        """Numbers (fields, m) in whose correlations those of the errors show, or None where the sets do not tell."""
+        return (estimates - estimates.mean(axis=0)).T if len(estimates) > 1 else None
+
+
+@dataclass(frozen=True, eq=False)
+class ResidualFit(Fit):
+    """Weights by which each sample corrects a prediction, and how much: one set tells its own error.
+
+    Attributes
+    ----------
+    residuals : ndarray, (sets, fields, n)
+        f(x_i) − P_i(x_i), P_i the prediction that sample i corrects.
+    error_scale : float
+        The standard error of a set's estimate over (Σ_i (r_i / n)²)^½.
+    """
+
+    residuals: Array
+    error_scale: float
+
+    def standard_error(self, estimates: Array) -> tuple[Array, float]:
+        """As of any fit; of one set, from its residuals."""
+        if len(estimates) > 1:
+            return spread(estimates)
+        (residuals,) = self.residuals
+        return self.error_scale * np.sqrt(np.square(residuals).sum(axis=-1)) / residuals.shape[-1], math.inf
+
+    def deviations(self, estimates: Array) -> Array | None:
+        """As of any fit; of one set, its residuals."""
+        return self.residuals[0] if len(estimates) == 1 else super().deviations(estimates)
+
+
+@dataclass(frozen=True, eq=False)
+class CrossFit(Fit):
+    """Weights of replicates each of which corrects what all the others predict.
+
+    Attributes
+    ----------
+    shares : ndarray, (sets, sets, n)
+        shares[r, s, j] is what f(x_sj) counts in the estimate of replicate r. Their sums over r are the weights.
+    error_scale : float
+        The standard error of the mean of the estimates over what independent ones would have.
+    """
+
+    shares: Array
+    error_scale: float
+
+    def estimates(self, values: Array, epsilon: float = EPSILON) -> tuple[Array, Array]:
+        """As of any fit; each estimate is a sum over the samples of all replicates."""
+        sums = [weighted_sums(share[:, None], values, epsilon) for share in self.shares]
+        means, rounding = (np.stack([by_set.sum(axis=0) for by_set in kind]) for kind in zip(*sums, strict=True))
+        return means, rounding
+
+    def standard_error(self, estimates: Array) -> tuple[Array, float]:
+        """From the spread of the estimates, which share samples: times a factor."""
+        return spread(estimates, self.error_scale)
+
+
+def spread(estimates: Array, scale: float = 1.0) -> tuple[Array, float]:
+    """`scale` times the standard error (fields,) of the mean of estimates (sets, fields), and its degrees of freedom.
+
+    NaN, as if there were one degree, where there is only one estimate.
+    """
+    sets = len(estimates)
+    if sets == 1:
+        return np.full(estimates.shape[1], np.nan), 1
+    return scale * estimates.std(axis=0, ddof=1) / math.sqrt(sets), sets - 1
+
+
+def weighted_sums(w: Array, values: Array, epsilon: float = EPSILON) -> tuple[Array, Array]:
+    r"""The sums Σ_i w_i f_i over the last axis, and their standard errors by rounding.
+
+    Parameters
+    ----------
+    w, values : ndarray, (..., n)
+        Weights and values.
+    epsilon : float
+        Relative rounding error of the values.
+
+    Notes
+    -----
+    NumPy adds pairwise along the last axis, so the error grows as log n at most; in units of ε Σ_i \|w_i f_i\| its
+    root mean square is 0.1 to 1.7 for the default rules at 32 to 65536 points, most of it of the weights.
+    """
+    terms = w * values
+    return terms.sum(axis=-1), ROUNDING * epsilon * np.abs(terms).sum(axis=-1)

@@ -1,0 +1,98 @@
+"""Methods: how a rule reconstructs an integrand between its samples, and what ``order=`` means."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Method:
+    """A way to reconstruct an integrand from its values at samples.
+
+    Attributes
+    ----------
+    name : {"voronoi", "local", "kriging", "mean"}
+        The value of the nearest sample; polynomials fitted to the samples around a place; the best prediction of a
+        random function; a constant.
+    degree : int or None
+        Total degree of the polynomials that it reconstructs exactly; None where that grows with the samples.
+    """
+
+    name: str
+    degree: int | None
+
+    @property
+    def order(self) -> int | str:
+        """The ``order`` that names it in :func:`voroquad.weights`."""
+        return self.name if self.degree is None else self.degree
+
+
+VORONOI = Method("voronoi", 0)
+KRIGING = Method("kriging", None)
+MEAN = Method("mean", 0)
+
+
+def local(degree: int) -> Method:
+    """Polynomials of a total degree, each fitted to the samples around a place."""
+    return Method("local", degree)
+
+
+#: Dimensions, and the highest degree of local polynomials in them: above three a fit needs too many samples.
+LOCAL_DEGREES = ((range(1, 4), 8), (range(4, 9), 3))
+
+#: Highest dimension of local polynomials.
+HIGHEST_DIMENSION = LOCAL_DEGREES[-1][0][-1]
+
+#: Highest order of any rule.
+MAX_ORDER = max(highest for _, highest in LOCAL_DEGREES)
+
+#: Orders that are no numbers.
+ORDER_NAMES = ("kriging", "auto")
+
+#: What order 0 means, first what is preferred.
+ORDER_ZERO = (VORONOI, local(0))
+
+
+def highest_order(d: int) -> int:
+    """Highest numbered order of a rule in d dimensions."""
+    return next((highest for dimensions, highest in LOCAL_DEGREES if d in dimensions), 0)
+
+
+def read_order(order: Any, d: int | None = None, names: tuple[str, ...] = ORDER_NAMES) -> tuple[Method, ...]:
+    """The methods that ``order=`` names, first what is preferred; none for "auto", which leaves the choice to rules.
+
+    Parameters
+    ----------
+    order : int or str
+        As a caller gave it.
+    d : int, optional
+        Dimension, if the highest order there is meant, not the highest of all.
+    names : tuple of str
+        The orders that are no numbers.
+
+    Raises
+    ------
+    ValueError
+        It is no order of any rule in d dimensions.
+
+    Examples
+    --------
+    >>> from voroquad.rules.method import read_order
+    >>> read_order(3)
+    (Method(name='local', degree=3),)
+    >>> read_order("auto")
+    ()
+    """
+    highest = MAX_ORDER if d is None else highest_order(d)
+    if isinstance(order, str) and order in names:
+        return (KRIGING,) if order == KRIGING.name else ()
+    if not isinstance(order, int | np.integer) or isinstance(order, bool) or not 0 <= order <= highest:
+        numbers = f"a whole number from 0 to {highest}" if highest else "0"
+        where = "" if d is None else f" for d = {d}"
+        *first, last = (numbers + where, *map(repr, names))
+        choices = f"{', '.join(first)} or {last}" if first else last
+        raise ValueError(f"order must be {choices}, got {order!r}")
+    return ORDER_ZERO if order == 0 else (local(int(order)),)
