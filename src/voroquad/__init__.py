@@ -25,27 +25,13 @@ if TYPE_CHECKING:
     from .geometry.sphere import sphere_points, sphere_weights
     from .geometry.triangulation import Triangulation
     from .integrals.diagnostics import IntegrationWarning
+    from .integrals.domains import Ball, Polygon, Polytope, Simplex, SphereSurface, Triangle
     from .integrals.measures import PiecewiseUniform, ProductMeasure
     from .integrals.quad import quad
     from .integrals.result import QuadResult
     from .rules.bias import bias_function
     from .rules.registry import weights
     from .sample_tables import SampleTable
-from .designs.sampling import SampleSet, sample
-from .geometry.cells import Cells, cells
-from .geometry.density_compensation import density_compensation
-from .geometry.neighbours import Neighbours
-from .geometry.shapes import Polygons, Polyhedra
-from .geometry.sphere import sphere_points, sphere_weights
-from .geometry.triangulation import Triangulation
-from .integrals.diagnostics import IntegrationWarning
-from .integrals.domains import Ball, Polygon, Polytope, Simplex, SphereSurface, Triangle
-from .integrals.measures import PiecewiseUniform, ProductMeasure
-from .integrals.quad import quad
-from .integrals.result import QuadResult
-from .rules.bias import bias_function
-from .rules.registry import weights
-from .sample_tables import SampleTable
 
 __all__ = [
     "Ball",
@@ -79,16 +65,22 @@ __all__ = [
 
 #: Where each public name stands. A module is imported when one of its names is first used: SciPy alone takes a second.
 _HOMES = {
+    "Ball": ".integrals.domains",
     "Cells": ".geometry.cells",
     "IntegrationWarning": ".integrals.diagnostics",
     "Neighbours": ".geometry.neighbours",
     "PiecewiseUniform": ".integrals.measures",
+    "Polygon": ".integrals.domains",
     "Polygons": ".geometry.shapes",
     "Polyhedra": ".geometry.shapes",
+    "Polytope": ".integrals.domains",
     "ProductMeasure": ".integrals.measures",
     "QuadResult": ".integrals.result",
     "SampleSet": ".designs.sampling",
     "SampleTable": ".sample_tables",
+    "Simplex": ".integrals.domains",
+    "SphereSurface": ".integrals.domains",
+    "Triangle": ".integrals.domains",
     "Triangulation": ".geometry.triangulation",
     "bias_function": ".rules.bias",
     "cells": ".geometry.cells",
