@@ -7,10 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Protocol
 
-import numpy as np
-from numpy.typing import NDArray
+from .arrays import Array
 
-Array = NDArray[np.float64]
 Add = Callable[[Array, Array], Array]
 #: Called with what is being done and the number of units done since the last call
 Advance = Callable[[str, int], None]

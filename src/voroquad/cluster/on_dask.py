@@ -16,7 +16,8 @@ from typing import Any
 from distributed import Client, Future, KilledWorker, Worker, WorkerPlugin, wait
 from distributed.comm.core import CommClosedError
 
-from .._support.units import Add, Advance, Array, Series, TreeSum, computed, tree_sum
+from .._support.arrays import Array
+from .._support.units import Add, Advance, Series, TreeSum, computed, tree_sum
 from .._support.version import __version__
 from .files import Files, SentFile
 from .store import Store

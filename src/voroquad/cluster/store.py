@@ -15,7 +15,8 @@ from fsspec.core import url_to_fs
 from fsspec.implementations.local import LocalFileSystem
 from zarr.codecs import Crc32cCodec
 
-from .._support.units import Array, Series
+from .._support.arrays import Array
+from .._support.units import Series
 
 #: Raise it when a unit's value changes its meaning
 _FORMAT = 1

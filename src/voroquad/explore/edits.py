@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from ..designs.sampling import SampleSet, as_sample_set
-
-Array = NDArray[np.float64]
 
 _BELOW_ONE = np.nextafter(1.0, 0.0)
 #: The `origin` of an added point.

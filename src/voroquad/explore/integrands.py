@@ -6,15 +6,13 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.integrate import cubature
 
+from .._support.arrays import Array
 from ..designs.sampling import sample
 from ..integrals.expression import compile_expression
 from ..study.functions import INTEGRANDS_1D, INTEGRANDS_2D
 from ..study.integrand import Integrand
-
-Array = NDArray[np.float64]
 
 PRESETS: dict[int, tuple[Integrand, ...]] = {1: INTEGRANDS_1D, 2: INTEGRANDS_2D}
 #: The first integrand shown in each dimension.

@@ -19,16 +19,15 @@ from bokeh.models import (
     Ticker,
 )
 from bokeh.plotting import figure
-from numpy.typing import NDArray
 from scipy.spatial import KDTree
 
+from .._support.arrays import Array
 from ..geometry.cells import cells
 from ..rules.bias import BIAS_DESIGNS, bias_function
 from ..study.integrand import Integrand
 from .edits import EditedSet
 from .style import MUTED, diverging_mapper, new_plot
 
-Array = NDArray[np.float64]
 Corners = list[list[float]]
 
 #: Abscissas of curves

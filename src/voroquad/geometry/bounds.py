@@ -9,9 +9,9 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._support.arrays import Array
 from .._support.checks import extent, point_array, refuse_outside
 
-Floats: TypeAlias = NDArray[np.float64]
 #: What `periodic=` may be: one answer for all axes, or one for each.
 Periodic: TypeAlias = bool | Sequence[bool] | NDArray[np.bool_]
 
@@ -59,12 +59,12 @@ class Bounds:
         return len(self.sides)
 
     @property
-    def in_core(self) -> tuple[Floats, NDArray[np.bool_]]:
+    def in_core(self) -> tuple[Array, NDArray[np.bool_]]:
         """The sides (d, 2) as the core takes them, and for each axis whether it is periodic (d,)."""
         return self._core_sides, self.periodic
 
     @property
-    def region(self) -> tuple[Floats, NDArray[np.bool_], Floats]:
+    def region(self) -> tuple[Array, NDArray[np.bool_], Array]:
         """What is `in_core`, and no walls (0, d + 1)."""
         return *self.in_core, np.empty((0, self.d + 1))
 
@@ -72,7 +72,7 @@ class Bounds:
         """A length in the unit of the core's coordinates."""
         return math.ldexp(length, -self._exponent)
 
-    def to_core(self, points: ArrayLike, name: str = "points") -> Floats:
+    def to_core(self, points: ArrayLike, name: str = "points") -> Array:
         """Points (n, d) or (sets, n, d) as the core takes them: in the box, on periodic axes below its upper end.
 
         The array itself where nothing has to change, else a new one, in float64. Points that lie outside by no more
@@ -91,31 +91,31 @@ class Bounds:
         array = np.where(self.periodic & (array < low), array + (high - low), array)
         return np.clip(array, low, below_high)
 
-    def to_unit(self, points: ArrayLike, name: str = "points") -> Floats:
+    def to_unit(self, points: ArrayLike, name: str = "points") -> Array:
         """Points (n, d) or (sets, n, d) as those of [0, 1)^d, each axis scaled by itself; refused as in `to_core`."""
         low, high = self._core_sides.T
         return np.clip((self.to_core(points, name) - low) / (high - low), 0.0, np.nextafter(1.0, 0.0))
 
-    def from_core(self, points: Floats) -> Floats:
+    def from_core(self, points: Array) -> Array:
         """Points (..., d) of the core in the box's own coordinates."""
         return np.ldexp(points, self._exponent) + self._offset
 
-    def measures_from_core(self, measures: Floats, d: int | None = None) -> Floats:
+    def measures_from_core(self, measures: Array, d: int | None = None) -> Array:
         """Lengths, areas or volumes that the core gave, in the box's own unit; those of `d` dimensions if given."""
         power = self.d if d is None else d
         return np.ldexp(measures, self._exponent * power) if self._exponent else measures
 
-    def depth(self, places: Floats) -> Floats:
+    def depth(self, places: Array) -> Array:
         """Distance (...,) of places (..., d) from the border; negative outside, infinite on a torus."""
         low, high = self.sides.T
         return np.where(self.periodic, np.inf, np.minimum(places - low, high - places)).min(axis=-1)
 
-    def _scaled(self, points: Floats) -> Floats:
+    def _scaled(self, points: Array) -> Array:
         if self._offset.any():
             points = points - self._offset
         return np.ldexp(points, -self._exponent) if self._exponent else points
 
-    def _refuse_outside(self, points: Floats, dtype: np.dtype[Any], name: str) -> None:
+    def _refuse_outside(self, points: Array, dtype: np.dtype[Any], name: str) -> None:
         # A bounded axis ends at a number of the points' type; computing x mod period rounds as well
         rounding = np.abs(self.sides.astype(dtype).astype(np.float64) - self.sides).max(axis=1)
         slack = np.where(self.periodic, np.finfo(dtype).eps * np.abs(self.sides).max(axis=1), rounding)
@@ -128,7 +128,7 @@ class Bounds:
         return "give the box as bounds=[(low, high), ...] or drop the point"
 
 
-def _sides(d: int, bounds: ArrayLike | None) -> Floats:
+def _sides(d: int, bounds: ArrayLike | None) -> Array:
     if bounds is None:
         return np.tile([0.0, 1.0], (d, 1))
     try:

@@ -3,15 +3,14 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .. import _core
+from .._support.arrays import Array
 from .._support.checks import one_of, thread_count
 from .bounds import Bounds
 from .cells import cells
 from .k_space import UNITS, cylinder_axis, radius_of, read_trajectory, refuse_uncovered, rim_of, spanned_axes
-
-Floats = NDArray[np.float64]
 
 
 def density_compensation(
@@ -22,7 +21,7 @@ def density_compensation(
     bounds: ArrayLike | None = None,
     units: str = "cycles/voxel",
     threads: int | None = None,
-) -> Floats:
+) -> Array:
     """Voronoi weights of k-space samples.
 
     Parameters
@@ -110,7 +109,7 @@ def density_compensation(
     return _in_ball(given.positions, thread_count(threads))
 
 
-def _in_ball(positions: Floats, threads: int) -> Floats:
+def _in_ball(positions: Array, threads: int) -> Array:
     radius = radius_of(positions)
     if radius == 0:
         raise ValueError('rim="ball" needs a trajectory that leaves the origin; use rim="box"')
@@ -118,7 +117,7 @@ def _in_ball(positions: Floats, threads: int) -> Floats:
     return (2 * radius) ** positions.shape[1] * _core.measures_in_ball(in_unit_box[None], threads)
 
 
-def _in_cylinder(positions: Floats, sides: Floats | None, threads: int) -> Floats:
+def _in_cylinder(positions: Array, sides: Array | None, threads: int) -> Array:
     """Weights in the cylinder about the axis that fits best; its ends are those of `sides`, else it is periodic."""
     if positions.shape[1] != 3:
         raise ValueError('rim="cylinder" needs a trajectory in space, d = 3; a disc in the plane is rim="ball"')

@@ -9,9 +9,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._support.arrays import Array
 from .._support.checks import one_of, positive_int, real_numbers
-
-Floats = NDArray[np.float64]
 
 ROUNDING = 1e-6  # how far a position of a trajectory in float32 may miss the face it is on
 DISC = 1.2  # largest |k| over the largest coordinate: 1 where a trajectory fills a disc, √2 where it fills a square
@@ -31,8 +30,8 @@ UNITS: dict[str, Callable[[tuple[int, ...]], ArrayLike]] = {
 class Trajectory:
     """Positions (n, d) in cycles per voxel; `per_unit` (d,) of the unit they were given in make one."""
 
-    positions: Floats
-    per_unit: Floats
+    positions: Array
+    per_unit: Array
     units: str
 
     @property
@@ -44,7 +43,7 @@ class Trajectory:
         """The coordinates on some of the axes."""
         return Trajectory(self.positions[:, axes], self.per_unit[axes], self.units)
 
-    def refuse_outside(self, sides: Floats, remedy: str) -> None:
+    def refuse_outside(self, sides: Array, remedy: str) -> None:
         """Raise ValueError unless all positions lie in a box (d, 2), in cycles per voxel, but for their rounding."""
         low, high = sides.T
         outside = ~((self.positions >= low - ROUNDING) & (self.positions <= high + ROUNDING)).all(axis=1)
@@ -82,13 +81,13 @@ def read_trajectory(trajectory: ArrayLike, shape: tuple[int, ...] | None, units:
     return Trajectory(given / per_unit + 0.5 - 0.5, per_unit, units)
 
 
-def spanned_axes(positions: Floats) -> NDArray[np.intp]:
+def spanned_axes(positions: Array) -> NDArray[np.intp]:
     """All axes, or of samples of a plane in space, which one coordinate is the same for, the other two."""
     axes = np.flatnonzero(np.ptp(positions, axis=0) > ROUNDING)
     return axes if len(axes) == 2 else np.arange(positions.shape[1])
 
 
-def rim_of(positions: Floats) -> str:
+def rim_of(positions: Array) -> str:
     """What a trajectory fills, in cycles per voxel: "ball", "cylinder" or "box"."""
     size = np.abs(positions).max(axis=0)
     if not size.any():
@@ -105,19 +104,19 @@ def rim_of(positions: Floats) -> str:
     return "cylinder" if radius_of(plane) <= DISC * np.abs(plane).max() else "box"
 
 
-def radius_of(positions: Floats) -> float:
+def radius_of(positions: Array) -> float:
     """The largest distance from the origin."""
     largest = float(np.abs(positions).max())
     return largest * float(np.linalg.norm(positions / (largest or 1.0), axis=1).max())  # no square underflows
 
 
-def cylinder_axis(positions: Floats) -> int:
+def cylinder_axis(positions: Array) -> int:
     """The axis about which samples in space fill a cylinder best; of those that do the last."""
     corner = _reach_into_corners(positions)
     return int(np.flatnonzero(corner <= corner.min() + 0.05)[-1])
 
 
-def refuse_uncovered(positions: Floats, axis: int) -> None:
+def refuse_uncovered(positions: Array, axis: int) -> None:
     """Raise ValueError where a cylinder's axis is covered in part only, so that its outermost cells would be huge."""
     heights = np.unique(np.round(positions[:, axis] / ROUNDING)) * ROUNDING
     left_out = 1.0 - (heights[-1] - heights[0])
@@ -128,14 +127,14 @@ def refuse_uncovered(positions: Floats, axis: int) -> None:
         )
 
 
-def _reach_into_corners(positions: Floats) -> Floats:
+def _reach_into_corners(positions: Array) -> Array:
     """For each axis (3,) how far samples reach into corners of the other two: 1 if they fill an ellipse, 2 a square."""
     size = np.abs(positions).max(axis=0)
     squares = (positions / np.where(size > 0, size, 1.0)) ** 2
     return np.array([np.delete(squares, axis, axis=1).sum(axis=1).max() for axis in range(3)])
 
 
-def _is_stack_of_discs(positions: Floats, axis: int) -> bool:
+def _is_stack_of_discs(positions: Array, axis: int) -> bool:
     """Whether samples lie in a few planes across an axis, the outermost of which are filled like the others."""
     height, planes = np.unique(np.round(positions[:, axis] / ROUNDING), return_inverse=True)
     across = np.linalg.norm(np.delete(positions, axis, axis=1), axis=1)
@@ -145,7 +144,7 @@ def _is_stack_of_discs(positions: Floats, axis: int) -> bool:
     return min(across[planes == 0].max(), across[planes == len(height) - 1].max()) > FILLED * across.max()
 
 
-def _refuse_flat(positions: Floats) -> None:
+def _refuse_flat(positions: Array) -> None:
     """Raise ValueError for samples of a tilted plane or a line in space: what they stand for is not known."""
     thickness = np.linalg.svd(np.linalg.qr(positions - positions.mean(axis=0), mode="r"), compute_uv=False)
     if len(positions) > 1 and thickness[-1] <= ROUNDING * thickness[0] > 0:

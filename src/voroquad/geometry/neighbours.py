@@ -7,10 +7,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Array, Integers
 from .shapes import range_of
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
 
 
 @dataclass(frozen=True, eq=False)
@@ -40,10 +38,10 @@ class Neighbours:
 
     indptr: Integers
     indices: Integers
-    measures: Floats
-    distances: Floats
+    measures: Array
+    distances: Array
     shifts: NDArray[np.int8]
-    border: Floats
+    border: Array
 
     def __len__(self) -> int:
         """Number of points."""
@@ -59,6 +57,6 @@ class Neighbours:
         return np.repeat(np.arange(len(self)), np.diff(self.indptr))
 
     @property
-    def surfaces(self) -> Floats:
+    def surfaces(self) -> Array:
         """Perimeter or surface area (n,) of each cell; number of ends for d = 1."""
         return np.bincount(self.rows, self.measures, len(self)) + self.border

@@ -6,11 +6,7 @@ import itertools
 import operator
 from dataclasses import dataclass
 
-import numpy as np
-from numpy.typing import NDArray
-
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from .._support.arrays import Array, Integers
 
 
 @dataclass(frozen=True, eq=False)
@@ -25,14 +21,14 @@ class Polygons:
         The corners of cell i are ``coordinates[offsets[i]:offsets[i + 1]]``.
     """
 
-    coordinates: Floats
+    coordinates: Array
     offsets: Integers
 
     def __len__(self) -> int:
         """Number of cells."""
         return len(self.offsets) - 1
 
-    def __getitem__(self, i: int) -> Floats:
+    def __getitem__(self, i: int) -> Array:
         """Corners (k, 2) of cell i."""
         return self.coordinates[range_of(self.offsets, i)]
 
@@ -51,7 +47,7 @@ class Polyhedra:
         The faces of cell i are those from ``offsets[i]`` to before ``offsets[i + 1]``.
     """
 
-    coordinates: Floats
+    coordinates: Array
     face_offsets: Integers
     offsets: Integers
 
@@ -59,7 +55,7 @@ class Polyhedra:
         """Number of cells."""
         return len(self.offsets) - 1
 
-    def __getitem__(self, i: int) -> list[Floats]:
+    def __getitem__(self, i: int) -> list[Array]:
         """Faces of cell i, each its corners (k, 3)."""
         faces = range_of(self.offsets, i)
         ends = self.face_offsets[faces.start : faces.stop + 1]

@@ -10,8 +10,7 @@ from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import ConvexHull, KDTree
 
-Floats = NDArray[np.float64]
-Integers = NDArray[np.int64]
+from .._support.arrays import Array, Integers
 
 #: Corners of cells that are nearer to each other, relative to the longest side of the box, count as one,
 SAME = 1e-12
@@ -40,7 +39,7 @@ class Triangulation:
 
 
 def triangulate(
-    points: Floats, corners: Floats, owners: Integers, sides: Floats, periodic: NDArray[np.bool_]
+    points: Array, corners: Array, owners: Integers, sides: Array, periodic: NDArray[np.bool_]
 ) -> Triangulation:
     """The dual of cells of points (n, d) that have corners (v, d) inside the domain, owned by cells (v,).
 
@@ -75,7 +74,7 @@ def triangulate(
     return Triangulation(simplices[order], shifts[order])
 
 
-def _clusters(places: Floats, period: Floats, distance: float) -> tuple[Integers, Integers]:
+def _clusters(places: Array, period: Array, distance: float) -> tuple[Integers, Integers]:
     """A label (v,) for each place, the same for those that are nearer than `distance`, and a place of each label."""
     keys, first, key_of = np.unique(np.round(places / distance), axis=0, return_index=True, return_inverse=True)
     at = np.where(period > 0, np.mod(keys * distance, np.where(period > 0, period, 1)), keys * distance)
@@ -88,7 +87,7 @@ def _components(n: int, pairs: Integers) -> Integers:
     return connected_components(graph, directed=False)[1].astype(np.int64)
 
 
-def _pulled(group: Integers, places: Floats) -> Integers:
+def _pulled(group: Integers, places: Array) -> Integers:
     """Simplices (m, d + 1, 1 + d) of the convex hull of images of points (k, 1 + d) on one circle or sphere.
 
     The pulling triangulation: from the first of them to all facets that it is not on, which are triangulated in the
@@ -112,7 +111,7 @@ def _pulled(group: Integers, places: Floats) -> Integers:
     return group[np.concatenate(tetrahedra)]
 
 
-def _around(places: Floats) -> Integers:
+def _around(places: Array) -> Integers:
     """Corners (k, 2) of a convex polygon in their order around it, the first first."""
     centred = places - places.mean(axis=0)
     order = np.argsort(np.arctan2(centred[:, 1], centred[:, 0]))

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Numbers
 from .estimates import Estimate
 from .structures import Form, mapped, part
-
-Numbers = NDArray[Any]
 
 #: A denominator that is smaller than so many of its standard errors leaves the ratio without a reliable error.
 FEWEST_ERRORS = 4.0

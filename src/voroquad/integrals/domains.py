@@ -10,11 +10,10 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.spatial import Delaunay, QhullError
 from scipy.special import betaincinv
 
+from .._support.arrays import Array
 from .._support.checks import real_numbers
 from .pieces import Part
 from .trapezoids import Trapezoid, trapezoids
-
-Array = NDArray[np.float64]
 
 #: Up to this dimension of the box maps are smooth, above it points are uniform (benchmarks/domain_maps.py).
 SMOOTH = 3

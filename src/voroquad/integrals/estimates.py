@@ -7,6 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from ..designs.design import DESIGNS, design_of
 from ..designs.engines import EngineFactory
 from ..designs.sampling import SampleSet, largest_size, sample
@@ -15,8 +16,6 @@ from ..rules.method import Method
 from ..rules.registry import integration_rule, tells_own_error
 from .diagnostics import IntegrationWarning, diagnosis
 from .integrand import Integrand
-
-Array = NDArray[np.float64]
 
 #: Replicates that one estimate is split into where a rule needs several sets.
 REPLICATES = 4

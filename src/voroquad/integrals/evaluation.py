@@ -9,12 +9,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from .._support.checks import real_numbers, refuse_masks
 from .diagnostics import Diagnoses, diagnosis
 from .library import Library, to_numpy
 from .structures import Branch, Form, names_of, take_apart
 
-Array = NDArray[np.float64]
 Map = Callable[..., Any]
 
 #: What a call of func gives: the structure of its values, their arrays (..., n), the relative rounding error of each.

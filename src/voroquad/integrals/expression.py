@@ -18,10 +18,10 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy import special
 
-Array = NDArray[np.float64]
+from .._support.arrays import Array
+
 Values = Callable[[Array], Any]
 
 LONGEST = 2000  # characters

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from .diagnostics import Diagnoses, diagnosis
 from .evaluation import Function
 from .regions import Region
-
-Array = NDArray[np.float64]
 
 
 class Integrand:

@@ -9,12 +9,11 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from .components import scaled_deviations
 from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import Estimate
 from .regions import Region
-
-Array = NDArray[np.float64]
 
 #: Pieces with fewer samples are joined: fewer have neither a good rule nor a good error.
 FEWEST = 16

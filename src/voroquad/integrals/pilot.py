@@ -9,12 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
+from .._support.arrays import Array
 from ..rules.fit import ROUNDING
 from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import FEWEST_STRATA, SURPRISE, Estimate, unresolved
 from .integrand import Integrand
-
-Array = NDArray[np.float64]
 
 #: Highest dimension in which the rule exists.
 HIGHEST_DIMENSION = 3

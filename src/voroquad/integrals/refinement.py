@@ -11,10 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import stdtrit
 
+from .._support.arrays import Array
 from .diagnostics import Diagnoses, diagnosis
 from .estimates import Estimate
-
-Array = NDArray[np.float64]
 
 #: Of the tolerance, what a set may take that ends the refinement: the error of the next one may be a little larger.
 SAFETY = 0.7

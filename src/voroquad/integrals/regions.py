@@ -9,10 +9,10 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from .._support.checks import real_numbers
 from .library import Library, to_numpy
 
-Array = NDArray[np.float64]
 Limit = float | Callable[..., Any]
 
 

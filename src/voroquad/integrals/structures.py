@@ -10,7 +10,7 @@ import numpy as np
 from array_api_compat import is_array_api_obj
 from numpy.typing import NDArray
 
-Numbers = NDArray[Any]
+from .._support.arrays import Numbers
 
 
 @dataclass(frozen=True)

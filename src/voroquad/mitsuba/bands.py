@@ -16,8 +16,9 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from .._support.arrays import Array
 from .._support.checks import thread_count
-from .._support.units import Advance, Array, File, Pool, Series
+from .._support.units import Advance, File, Pool, Series
 from .._support.version import __version__
 from ..sample_tables import Recipe, SampleTable
 from .accumulation import Footprint, Layout, Pass

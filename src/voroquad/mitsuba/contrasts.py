@@ -12,14 +12,12 @@ No Mitsuba here: coefficients depend on positions and weights only, so a table h
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from ..designs.grids import grid_shape, largest_grid, stratum_index
 
-Floats = NDArray[np.float64]
 
-
-def noise_contrasts(points: Floats, weights: Floats, seed: int = 0) -> Floats:
+def noise_contrasts(points: Array, weights: Array, seed: int = 0) -> Array:
     """Coefficients c of the sums E = Σ c_i f_i, whose variance is what the weights add to independent noise.
 
     Parameters

@@ -15,8 +15,8 @@ from typing import Any
 
 import mitsuba as mi
 import numpy as np
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from .._support.checks import one_of, positive_int
 from .._support.files import atomic_path, check_writable, parents_of
 from .._support.locks import only_writer
@@ -40,7 +40,7 @@ PICTURES = 10
 #: Rounds before their error is trusted
 FEWEST_TO_JUDGE = 4
 
-Image = NDArray[np.float64]
+Image = Array
 
 
 def check_seed(seed: int) -> None:

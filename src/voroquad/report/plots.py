@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from .._support.extras import install_hint
 from .._support.numbers import superscript
 from ..results.manifest import Figure, Line, Plot
@@ -47,8 +48,6 @@ _MARKERS = {"none": ("circle", 0), "circle": ("circle", 7), "open circle": ("cir
 
 #: What is drawn lies between these: far beyond any measurement, and no arithmetic on it overflows
 _SMALLEST, _LARGEST = 1e-150, 1e150
-
-Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)

@@ -15,11 +15,10 @@ from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import NDArray
 
 from .. import _core
+from .._support.arrays import Array
 from .._support.cache import cache_directory, is_own
 from .._support.checks import thread_count
 from .._support.files import atomic_path
-
-Floats = NDArray[np.float64]
 
 #: Part of every file name; raise it when values, nodes or layout change.
 _FORMAT = 3
@@ -36,15 +35,15 @@ class Axis(Protocol):
         """How many there are."""
         ...
 
-    def locate(self, x: Floats) -> tuple[NDArray[np.intp], Floats]:
+    def locate(self, x: Array) -> tuple[NDArray[np.intp], Array]:
         """The panel (m,) of coordinates (m,) and where in it they are, in [−1, 1]."""
         ...
 
-    def position(self, panel: NDArray[np.intp], u: Floats) -> Floats:
+    def position(self, panel: NDArray[np.intp], u: Array) -> Array:
         """A coordinate in [0, 1] at u of the panel, for the quadrature."""
         ...
 
-    def integrals(self, size: int) -> Floats:
+    def integrals(self, size: int) -> Array:
         """∫ over [0, 1] of each panel's Chebyshev polynomials, (panels, size)."""
         ...
 
@@ -59,14 +58,14 @@ class BoundaryLayer:
     def panels(self) -> int:
         return 1
 
-    def locate(self, x: Floats) -> tuple[NDArray[np.intp], Floats]:
+    def locate(self, x: Array) -> tuple[NDArray[np.intp], Array]:
         distance = np.minimum(np.minimum(x, 1 - x), self.depth)
         return np.zeros(x.shape, np.intp), 2 * distance / self.depth - 1
 
-    def position(self, panel: NDArray[np.intp], u: Floats) -> Floats:
+    def position(self, panel: NDArray[np.intp], u: Array) -> Array:
         return self.depth * (u + 1) / 2
 
-    def integrals(self, size: int) -> Floats:
+    def integrals(self, size: int) -> Array:
         beyond = 1 - 2 * self.depth  # where every polynomial has its value 1 at u = 1
         return (2 * self.depth * _chebyshev_means(size) + beyond)[None]
 
@@ -83,25 +82,25 @@ class Strata:
     proxy: int
     panels: int
 
-    def locate(self, x: Floats) -> tuple[NDArray[np.intp], Floats]:
+    def locate(self, x: Array) -> tuple[NDArray[np.intp], Array]:
         stratum = np.minimum((x * self.k).astype(np.intp), self.k - 1)
         u = 2 * (x * self.k - stratum) - 1
         kind, mirrored = kind_of_stratum(stratum, self.k, self.panels)
         return kind, np.where(mirrored, -u, u)
 
-    def position(self, panel: NDArray[np.intp], u: Floats) -> Floats:
+    def position(self, panel: NDArray[np.intp], u: Array) -> Array:
         innermost = (self.proxy - 1) // 2
         symmetric = (panel == self.panels - 1) & (self.k != 2 * self.panels)
         stratum = np.where(symmetric, innermost, panel)
         return (stratum + (1 + np.where(symmetric, -np.abs(u), u)) / 2) / self.proxy
 
-    def integrals(self, size: int) -> Floats:
+    def integrals(self, size: int) -> Array:
         kind, _ = kind_of_stratum(np.arange(self.k), self.k, self.panels)
         counts = np.bincount(kind, minlength=self.panels)
         return counts[:, None] / self.k * _chebyshev_means(size)
 
 
-def _chebyshev_means(size: int) -> Floats:
+def _chebyshev_means(size: int) -> Array:
     """½ ∫ T_q over [−1, 1] for q = 0 … size − 1: 1/(1 − q²) for even q, 0 for odd."""
     q = np.arange(size)
     return np.where(q % 2, 0.0, 1 / np.where(q % 2, 1.0, 1.0 - q**2))
@@ -122,7 +121,7 @@ class Plan:
     def shape(self) -> tuple[int, ...]:
         return (*(axis.panels for axis in self.axes), *(self.nodes,) * len(self.axes))
 
-    def points(self) -> tuple[Floats, NDArray[np.intp]]:
+    def points(self) -> tuple[Array, NDArray[np.intp]]:
         """The distinct points (m, d) to evaluate, and for each entry of the table which one it is.
 
         Coordinates are sorted among axes that are alike: G does not change when they are swapped.
@@ -136,7 +135,7 @@ class Plan:
         _, first, which = np.unique(x.round(12), axis=0, return_index=True, return_inverse=True)
         return np.ascontiguousarray(x[first]), which.ravel()
 
-    def coefficients(self) -> Floats:
+    def coefficients(self) -> Array:
         """Chebyshev coefficients of G on every tuple of panels."""
         d = len(self.axes)
         x, which = self.points()
@@ -212,7 +211,7 @@ def table_plan(n: int, d: int, strata: tuple[int, ...] | None) -> Plan:
     return uniform_plan(n, d) if strata is None else stratified_plan(strata)
 
 
-def directly(x: Floats, n: int, strata: tuple[int, ...] | None) -> Floats:
+def directly(x: Array, n: int, strata: tuple[int, ...] | None) -> Array:
     """G at points (m, d) by quadrature at each, to 1e-5 or better."""
     d = x.shape[1]
     if strata is None:
@@ -220,7 +219,7 @@ def directly(x: Floats, n: int, strata: tuple[int, ...] | None) -> Floats:
     return integrate(x, n, strata, (24, 20) if d == 2 else (10, 8))
 
 
-def integrate(x: Floats, n: int, strata: tuple[int, ...] | None, resolution: tuple[int, int]) -> Floats:
+def integrate(x: Array, n: int, strata: tuple[int, ...] | None, resolution: tuple[int, int]) -> Array:
     """G at points (m, d) by quadrature with at most `resolution` nodes across and along a panel."""
     threads = thread_count(None)
     if strata is None:
@@ -231,14 +230,14 @@ def integrate(x: Floats, n: int, strata: tuple[int, ...] | None, resolution: tup
 class BiasTable:
     """G everywhere from its Chebyshev coefficients, scaled so that ∫ G = 1 exactly."""
 
-    def __init__(self, axes: tuple[Axis, ...], coefficients: Floats):
+    def __init__(self, axes: tuple[Axis, ...], coefficients: Array):
         self._axes = axes
         self._nodes = coefficients.shape[-1]
         #: ∫ G as the quadrature at the nodes has it.
         self.raw_integral = self._integral(coefficients)
         self._coefficients = coefficients / self.raw_integral
 
-    def __call__(self, x: Floats) -> Floats:
+    def __call__(self, x: Array) -> Array:
         """G at points (..., d)."""
         points = x.reshape(-1, len(self._axes))
         values = np.empty(len(points))
@@ -247,7 +246,7 @@ class BiasTable:
             values[block] = self._interpolate(points[block])
         return values.reshape(x.shape[:-1])
 
-    def _interpolate(self, x: Floats) -> Floats:
+    def _interpolate(self, x: Array) -> Array:
         panels, places = zip(*(axis.locate(x[:, a]) for a, axis in enumerate(self._axes)), strict=True)
         polynomials = [chebvander(u, self._nodes - 1) for u in places]
         values = np.empty(len(x))
@@ -257,7 +256,7 @@ class BiasTable:
                 values[here] = _contract(self._coefficients[cell], [p[here] for p in polynomials])
         return values
 
-    def _integral(self, coefficients: Floats) -> float:
+    def _integral(self, coefficients: Array) -> float:
         total = coefficients
         d = len(self._axes)
         for axis in reversed(self._axes):  # the last panel and the last polynomial index each time
@@ -266,7 +265,7 @@ class BiasTable:
         return float(total)
 
 
-def _contract(coefficients: Floats, polynomials: list[Floats]) -> Floats:
+def _contract(coefficients: Array, polynomials: list[Array]) -> Array:
     """Σ c[q_1, …, q_d] T_{q_1} … T_{q_d} for rows (m, q) of polynomials."""
     # Products of one shape, filled up with zeros: a row has the same bits whatever rows are beside it
     first, matrix = polynomials[0], coefficients.reshape(len(coefficients), -1)
@@ -289,7 +288,7 @@ def table(n: int, d: int, strata: tuple[int, ...] | None) -> BiasTable:
 # ---------------------------------------------------------------------- on disk
 
 
-def stored_coefficients(plan: Plan) -> Floats:
+def stored_coefficients(plan: Plan) -> Array:
     """The plan's coefficients from its file; where there is none, or a damaged one, it is made.
 
     Files are renamed into place whole, so that processes may read and write at once. A directory
@@ -308,7 +307,7 @@ def stored_coefficients(plan: Plan) -> Floats:
     return coefficients
 
 
-def _read(path: Path, plan: Plan) -> Floats | None:
+def _read(path: Path, plan: Plan) -> Array | None:
     """The coefficients in a file of this user that holds what the plan makes; else None."""
     try:
         with path.open("rb") as file, np.load(file, allow_pickle=False) as arrays:  # the archive has a checksum

@@ -11,13 +11,12 @@ from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from .. import _core
+from .._support.arrays import Array
 from . import bias_tables
 from .bias import bias_at
 
-Floats = NDArray[np.float64]
 
-
-def boundary_control(points: Floats, measures: Floats, strata: tuple[int, ...] | None, threads: int) -> Floats:
+def boundary_control(points: Array, measures: Array, strata: tuple[int, ...] | None, threads: int) -> Array:
     """Weights (..., n) of uniform or, with `strata`, stratified points (..., n, d) from their cell measures.
 
     With f̂^(−i)(y) the value of the sample nearest to y among all but i, and Ω_i the stratum of
@@ -56,14 +55,14 @@ class LatticeAxis:
     the border for a bias.
     """
 
-    position: Floats
-    weight: Floats
+    position: Array
+    weight: Array
     node_class: NDArray[np.int64]
-    seen_at: Floats
-    onto: Floats
+    seen_at: Array
+    onto: Array
     nowhere: int = -1
 
-    def class_weights(self) -> Floats:
+    def class_weights(self) -> Array:
         """How much of [0, 1] each class stands for."""
         total = np.bincount(self.node_class, weights=self.weight, minlength=len(self.onto))
         return total.astype(np.float64)
@@ -77,7 +76,7 @@ class BiasLattice:
     """
 
     axes: tuple[LatticeAxis, ...]
-    excess: Floats
+    excess: Array
 
 
 @lru_cache(maxsize=16)
@@ -148,18 +147,18 @@ class Panels:
     def __init__(self, begin: float, end: float, count: int):
         half = (end - begin) / (2 * max(count, 1))
         middles = begin + half * (2 * np.arange(count)[:, None] + 1)
-        self.nodes: Floats = (middles + half * _gauss(2)[0]).ravel()
-        self.weights: Floats = np.full(2 * count, half)
-        self.fine: Floats = (middles + half * _gauss(5)[0]).ravel()
+        self.nodes: Array = (middles + half * _gauss(2)[0]).ravel()
+        self.weights: Array = np.full(2 * count, half)
+        self.fine: Array = (middles + half * _gauss(5)[0]).ravel()
 
     @property
-    def onto(self) -> Floats:
+    def onto(self) -> Array:
         """The matrix from the fine points to the nodes, over the nodes' weights."""
         points, weights = _gauss(5)
         hats = (1 + 3 * np.outer(_gauss(2)[0], points)) / 2  # linear, 1 at one node and 0 at the other
         return np.asarray(np.kron(np.eye(len(self.nodes) // 2), hats * weights), np.float64)
 
 
-def _gauss(n: int) -> tuple[Floats, Floats]:
+def _gauss(n: int) -> tuple[Array, Array]:
     x, w = np.polynomial.legendre.leggauss(n)
     return x.astype(np.float64), w.astype(np.float64)

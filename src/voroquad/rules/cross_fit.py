@@ -5,16 +5,14 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from .. import _core
+from .._support.arrays import Array
 from ..designs.sampling import SampleSet
 from . import kriging_rules
 from .fit import CrossFit
 from .method import Method
-
-Array = NDArray[np.float64]
 
 #: Samples of a fit per polynomial term.
 SAMPLES_PER_TERM = 2.4

@@ -11,11 +11,9 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri, stdtrit
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
+from .._support.arrays import Array, Indices
 
 #: The level at which intervals of several kinds are compared.
 LEVEL = 0.975

@@ -6,9 +6,8 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
+from .._support.arrays import Array
 
 #: Standard error of a sum Σ_i w_i f_i by rounding, in units of ε Σ_i |w_i f_i|.
 ROUNDING = 2.0

@@ -10,13 +10,10 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dtrtrs
 
+from .._support.arrays import Array, Indices
 from .polynomials import Intervals, at_points, over_boxes, powers_up_to
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 #: Samples per term of the degrees that are tried.
 SAMPLES_PER_TERM = (32, 16, 10, 7, 5, 3.7)

@@ -13,16 +13,12 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg.lapack import dpotrf, dpotri
 
 from .. import _core
+from .._support.arrays import Array, Indices
 from . import polynomials
 from .polynomials import Intervals
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
-
 
 #: Correlation length: in sample spacings, but at most this part of the box.
 SPACINGS, PART = 5.0, 0.5

@@ -18,12 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Array, Indices
 from .._support.blas import one_blas_thread
 from .kriging import Kriging, Measures, Model, model
 from .polynomials import Intervals
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 #: Samples that one prediction takes at most; its cost grows with their cube. The others only correct it.
 MOST = 2048

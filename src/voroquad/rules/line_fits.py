@@ -12,12 +12,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._support.arrays import Array, Indices
 from .polynomials import legendre, legendre_means
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 #: The half-width of the block by order. Tighter fits have rare, huge weights.
 HALF_WIDTHS = {0: 1, 1: 2, 2: 4, 4: 6, 6: 9, 8: 14}

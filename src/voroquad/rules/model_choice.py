@@ -14,16 +14,13 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._support.arrays import Array, Indices
 from .._support.blas import one_blas_thread
 from .global_fits import GlobalFits, degrees
 from .kriging import Kriging, model
 from .kriging_rules import strata_in_colours
 from .polynomials import Intervals
-
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
 
 #: Kriging is left where another model has less than this part of its squared error. What gains little may be luck.
 HYSTERESIS = 0.5

@@ -9,12 +9,11 @@ from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from .. import _core
+from .._support.arrays import Array
 from ..designs.sampling import SampleSet
 from .cross_fit import SAMPLES_PER_TERM
 from .fit import Fit
 from .method import Method
-
-Array = NDArray[np.float64]
 
 
 def leave_one_out(points: Array, order: int, threads: int) -> Array:

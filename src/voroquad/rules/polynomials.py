@@ -8,10 +8,8 @@ from dataclasses import dataclass
 from functools import lru_cache, reduce
 
 import numpy as np
-from numpy.typing import NDArray
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.intp]
+from .._support.arrays import Array, Indices
 
 
 @dataclass(frozen=True)

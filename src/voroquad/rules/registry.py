@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._support.arrays import Array
 from .._support.checks import one_of, point_array, refuse_transposed, thread_count
 from ..designs.design import DESIGNS, ENGINE_DESIGNS, design_of
 from ..designs.grids import stratum_index
@@ -291,14 +292,12 @@ def _matching(
 
 # ---------------------------------------------------------------------- fits of the rules that weigh only
 
-Points = NDArray[np.float64]
 
-
-def _voronoi(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+def _voronoi(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
     return Fit(cells(samples.batch, threads=threads).measures)
 
 
-def _probed(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+def _probed(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
     return Fit(probed_measures(samples.batch, threads))
 
 
@@ -311,33 +310,33 @@ def _probed_in_box(points: ArrayLike, box: Bounds, threads: int) -> NDArray[np.f
     return box.volume * probed_measures(box.to_core(points), threads, sides)
 
 
-def _over_bias_function(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+def _over_bias_function(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
     measures = _voronoi(samples, method, threads).weights
     return Fit(exchange.by_bias_function(samples.batch, measures, samples.strata))
 
 
-def _boundary_control(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+def _boundary_control(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
     measures = _voronoi(samples, method, threads).weights
     return Fit(boundary_control(samples.batch, measures, samples.strata, threads))
 
 
-def _exchange_uniform(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+def _exchange_uniform(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
     return Fit(exchange.exchange_uniform(samples.batch))
 
 
-def _exchange_stratified(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+def _exchange_stratified(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
     return Fit(_in_strata_order(samples, exchange.exchange_stratified))
 
 
-def _krige_independent(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+def _krige_independent(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
     return Fit(krige_independent(samples.batch, threads))
 
 
-def _equal(samples: SampleSet, method: Method, threads: int, values: Points | None = None) -> Fit:
+def _equal(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
     return Fit(np.full(samples.batch.shape[:2], 1 / samples.n))
 
 
-def _in_strata_order(samples: SampleSet, rule: Callable[[Points], Points]) -> Points:
+def _in_strata_order(samples: SampleSet, rule: Callable[[Array], Array]) -> Array:
     """Apply a rule that wants the points in C order of their strata."""
     assert samples.strata is not None
     points = samples.batch

@@ -7,17 +7,15 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import _core
+from .._support.arrays import Array
 from ..designs.design import design_of
 from ..designs.grids import stratum_index
 from ..designs.sampling import SampleSet
 from . import kriging_rules
 from .fit import ResidualFit
 from .method import Method
-
-Array = NDArray[np.float64]
 
 #: Fewest samples of a fit per polynomial term: with less, even on a small grid, the order is lowered.
 FEWEST_PER_TERM = 1.5

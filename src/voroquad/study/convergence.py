@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._support.units import ONE_PROCESS, Advance, Array, Pool, Series
+from .._support.arrays import Array
+from .._support.units import ONE_PROCESS, Advance, Pool, Series
 from ..designs.sampling import SampleSet, sample
 from ..results.power_law import fit_power_law
 from ..rules.registry import weights

@@ -11,7 +11,7 @@ from functools import partial, reduce
 import numpy as np
 from scipy.special import erf, gamma
 
-from .integrand import Array
+from .._support.arrays import Array
 
 Function = Callable[[Array], Array]
 

@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
+from .._support.arrays import Array
 from .._support.checks import positive_int
 from .._support.files import atomic_directory
 from .._support.progress import progress_bar
-from .._support.units import ONE_PROCESS, Advance, Array, Pool, Series
+from .._support.units import ONE_PROCESS, Advance, Pool, Series
 from .._support.version import __version__
 from ..integrals.diagnostics import ADVICE, IntegrationWarning
 from ..integrals.quad import quad

@@ -6,15 +6,14 @@ import itertools
 
 import numpy as np
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from ..designs.sampling import sample
 from ..results.style import BLUE, FAINT, GREEN, INK, MUTED, VERMILION, house_style, new_figure
 from ..rules.bias import bias_function
 from ..rules.registry import weights
 from .drawing import Drawing
 
-Array = NDArray[np.float64]
 COLORS = (BLUE, GREEN, VERMILION)
 
 # ---------------------------------------------------------------------- three samples

@@ -8,8 +8,8 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.collections import PatchCollection
 from matplotlib.patches import Rectangle
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from ..designs.sampling import sample
 from ..geometry.cells import cells
 from ..results.style import BLUE, FAINT, INK, MUTED, VERMILION, house_style, new_figure
@@ -18,7 +18,6 @@ from .drawing import Drawing
 from .functions import INTEGRANDS
 from .integrand import Integrand
 
-Array = NDArray[np.float64]
 SAMPLES = 20
 REPETITIONS = 10_000
 

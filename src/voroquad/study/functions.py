@@ -8,7 +8,8 @@ from collections.abc import Callable
 
 import numpy as np
 
-from .integrand import Array, Integrand
+from .._support.arrays import Array
+from .integrand import Integrand
 
 # ---------------------------------------------------------------------- the talk's test function
 

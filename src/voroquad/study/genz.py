@@ -9,7 +9,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 from scipy.special import erf
 
-from .integrand import Array, Integrand
+from .._support.arrays import Array
+from .integrand import Integrand
 
 
 def instances(d: int, count: int, rng: int | list[int] | np.random.Generator | None = None) -> Iterator[Integrand]:

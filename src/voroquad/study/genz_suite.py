@@ -17,10 +17,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from .._support.checks import one_of, positive_int
 from .._support.files import atomic_directory, atomic_path
 from .._support.progress import progress_bar
-from .._support.units import ONE_PROCESS, Advance, Array, Pool, Series
+from .._support.units import ONE_PROCESS, Advance, Pool, Series
 from .._support.version import __version__
 from ..results.manifest import Results, Section, Table
 from .drawing import read_rows, write_rows

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .integrand import Array
+from .._support.arrays import Array
 
 
 @dataclass(frozen=True)

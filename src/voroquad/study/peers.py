@@ -12,9 +12,10 @@ import numpy as np
 import scipy.integrate
 from scipy.stats import qmc
 
+from .._support.arrays import Array
 from ..integrals.diagnostics import IntegrationWarning
 from ..integrals.quad import quad
-from .integrand import Array, Integrand
+from .integrand import Integrand
 
 #: Number of randomised sets whose mean a rule takes, as qmc_quad does by default.
 REPLICATES = 8

@@ -1,0 +1,42 @@
+"""One name for each type of array."""
+
+from __future__ import annotations
+
+import ast
+from collections import defaultdict
+from pathlib import Path
+
+import voroquad
+
+SOURCE = Path(voroquad.__file__).parent
+
+
+def modules() -> dict[str, ast.Module]:
+    """By path from the package."""
+    return {
+        path.relative_to(SOURCE).as_posix(): ast.parse(path.read_text(encoding="utf-8"))
+        for path in sorted(SOURCE.rglob("*.py"))
+    }
+
+
+def aliases(parsed: dict[str, ast.Module]) -> dict[str, list[str]]:
+    """The files that name NDArray[...] for each text of that."""
+    homes = defaultdict(list)
+    for path, module in parsed.items():
+        for node in module.body:
+            if isinstance(node, ast.Assign | ast.AnnAssign) and node.value is not None:
+                value = ast.unparse(node.value)
+                if value.startswith("NDArray["):
+                    homes[value].append(path)
+    return homes
+
+
+def test_types_of_arrays_have_one_home():
+    shared = {text: paths for text, paths in aliases(modules()).items() if len(paths) > 1}
+    assert shared == {}
+
+
+def test_a_second_home_is_found():
+    text = {"a.py": "X = NDArray[np.float64]", "b/c.py": "Y = NDArray[np.float64]"}
+    parsed = {path: ast.parse(source) for path, source in text.items()}
+    assert aliases(parsed) == {"NDArray[np.float64]": ["a.py", "b/c.py"]}
