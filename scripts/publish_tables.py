@@ -12,7 +12,7 @@ import argparse
 import sys
 from collections.abc import Callable
 
-from tables import integrals, programs, renders, rules
+from tables import contracts, integrals, programs, renders, rules
 from tables.text import ROOT, replace_table
 
 TABLES: dict[str, dict[str, Callable[[], str]]] = {
@@ -38,6 +38,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "neighbours": rules.neighbours_table,
     },
     "measured/bias.md": {"bias-tables": rules.bias_table, "order0": rules.order0_table},
+    "cpp.md": {"contracts": contracts.contracts_table},
     "measured/cells.md": {"cells": programs.cells_table},
     "measured/renders.md": {
         "scene-domains": renders.domains_table,

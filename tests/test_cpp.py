@@ -106,6 +106,30 @@ def test_rules(compiler: str, build: Build) -> None:
     run(build(compiler, "tests/cpp/rules.cpp", "-O3"))
 
 
+BROKEN_CONTRACTS = """
+coordinate 1 of point 2 is nan; it must be in [0, 1]
+coordinate 0 of point 1 is -1e-300; it must be in [0, 1]
+coordinate 1 of point 1 is 1.5; it must be in [0, 1)
+coordinate 1 of point 1 is 1; it must be in [0, 1)
+coordinate 1 of point 1 is inf; it must be in [0, 1]
+"""
+
+
+def test_broken_contracts_throw_in_debug_builds(build: Build) -> None:
+    """One line for each call that breaks its contract, and none without an exception."""
+    lines = run(build("g++", "tests/cpp/contracts.cpp", "-O0")).splitlines()
+    assert lines[:5] == [f"voroquad: {line}" for line in BROKEN_CONTRACTS.split("\n")[1:-1]]
+    assert len(lines) > 20
+    assert all(line.startswith("voroquad: ") for line in lines)
+
+
+def test_checks_of_contracts_are_no_code_in_release_builds(build: Build) -> None:
+    debug, release = (build("g++", "tests/cpp/contracts.cpp", flags) for flags in ("-O0", "-O1 -DNDEBUG"))
+    assert run(release) == ""
+    assert b"it must be in" in debug.read_bytes()
+    assert b"voroquad: " not in release.read_bytes()
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("flags", ["-O0", "-O1", "-O2", "-O3", "-O3 -march=native -DNDEBUG", f"-O1 {SANITIZERS}"])
 @pytest.mark.parametrize("compiler", EVERY_COMPILER)
@@ -113,7 +137,12 @@ def test_every_program_with_every_compiler(compiler: str, flags: str, build: Bui
     fuzz = build(compiler, "tests/cpp/fuzz_cells.cpp", flags)
     run(fuzz, *corpus())
     run(fuzz)  # random inputs
-    for program in ("tests/cpp/rules.cpp", "tests/cpp/threads.cpp", "examples/cpp/largest_cells.cpp"):
+    for program in (
+        "tests/cpp/rules.cpp",
+        "tests/cpp/threads.cpp",
+        "tests/cpp/contracts.cpp",
+        "examples/cpp/largest_cells.cpp",
+    ):
         run(build(compiler, program, flags))
 
 

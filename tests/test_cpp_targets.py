@@ -39,22 +39,37 @@ def run(*command: object) -> str:
     return done.stdout
 
 
-@pytest.mark.skipif(platform.machine() != "x86_64", reason="levels of x86-64")
-@pytest.mark.skipif("v3" not in _core.processor_levels(), reason="the processor lacks x86-64-v3")
-@pytest.mark.parametrize("compiler", ["g++", "clang++"])
-def test_files_for_different_processors_share_no_function(compiler: str, tmp_path: Path) -> None:
+def require(compiler: str) -> None:
     if shutil.which(compiler) is None:
         pytest.skip(f"needs {compiler}")
+
+
+def link_together(compiler: str, plain: str, wide: str, folder: Path) -> None:
+    """Compile the same code with two kinds of flags; the parts share no function, and work in one program."""
     objects, functions = [], []
-    for name, march in (("plain", "x86-64"), ("wide", "x86-64-v3")):
-        source, target = tmp_path / f"{name}.cpp", tmp_path / f"{name}.o"
+    for name, flag in (("plain", plain), ("wide", wide)):
+        source, target = folder / f"{name}.cpp", folder / f"{name}.o"
         source.write_text(PART.replace("NAME", name))
-        run(compiler, "-std=c++20", "-O1", f"-march={march}", f"-I{INCLUDE}", "-c", source, "-o", target)
+        run(compiler, "-std=c++20", "-O1", flag, f"-I{INCLUDE}", "-c", source, "-o", target)
         symbols = [line.split(maxsplit=2)[-1] for line in run("nm", "-C", "--defined-only", target).splitlines()]
         functions.append({symbol for symbol in symbols if symbol.startswith("voroquad::")})
         objects.append(target)
     assert functions[0]
     assert not functions[0] & functions[1]
-    (tmp_path / "main.cpp").write_text(MAIN)
-    run(compiler, "-std=c++20", tmp_path / "main.cpp", *objects, "-pthread", "-o", tmp_path / "program")
-    run(tmp_path / "program")
+    (folder / "main.cpp").write_text(MAIN)
+    run(compiler, "-std=c++20", folder / "main.cpp", *objects, "-pthread", "-o", folder / "program")
+    run(folder / "program")
+
+
+@pytest.mark.skipif(platform.machine() != "x86_64", reason="levels of x86-64")
+@pytest.mark.skipif("v3" not in _core.processor_levels(), reason="the processor lacks x86-64-v3")
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_files_for_different_processors_share_no_function(compiler: str, tmp_path: Path) -> None:
+    require(compiler)
+    link_together(compiler, "-march=x86-64", "-march=x86-64-v3", tmp_path)
+
+
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_files_with_and_without_checks_share_no_function(compiler: str, tmp_path: Path) -> None:
+    require(compiler)
+    link_together(compiler, "-UNDEBUG", "-DNDEBUG", tmp_path)

@@ -16,10 +16,9 @@ int main() {
     for (double &coordinate : points) coordinate = uniform(generator);
 
     voroquad::CellWorkspace<2> workspace;
-    workspace.tree.build({points.data(), n});
     const unsigned threads = voroquad::default_thread_count();
     std::vector<double> farthest(threads, 0.0), area(threads, 0.0);
-    voroquad::for_each_cell<2>(workspace, voroquad::Domain::torus, threads,
+    voroquad::for_each_cell<2>({points.data(), n}, voroquad::Domain::torus, workspace, threads,
                                [&](std::size_t, const auto &cell, unsigned worker) {
                                    farthest[worker] =
                                        std::max(farthest[worker], cell.squared_radius());

@@ -20,6 +20,7 @@
 
 #include <voroquad/detail/bias/balls.hpp>
 #include <voroquad/detail/bias/integral.hpp>
+#include <voroquad/detail/check.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/parallel.hpp>
 #include <voroquad/points.hpp>
@@ -34,8 +35,11 @@ namespace VOROQUAD {
 template <std::size_t D>
 class UniformDesign {
 public:
+    // Contract: n ≥ 1.
     explicit UniformDesign(std::size_t n)
-        : n_(static_cast<double>(n)), least_(-std::expm1(std::log(tolerance) / (n_ - 1.0))) {}
+        : n_(static_cast<double>(n)), least_(-std::expm1(std::log(tolerance) / (n_ - 1.0))) {
+        VOROQUAD_CHECK(n >= 1, "UniformDesign: n must be at least 1");
+    }
 
     double samples() const { return n_; }
     std::span<const double> planes(std::size_t) const { return sides_; }
@@ -81,7 +85,10 @@ private:
 template <std::size_t D>
 class StratifiedDesign {
 public:
+    // Contract: at least one stratum along every axis.
     explicit StratifiedDesign(const std::array<std::size_t, D> &strata) : strata_(strata) {
+        VOROQUAD_CHECK(std::find(strata.begin(), strata.end(), 0) == strata.end(),
+                       "StratifiedDesign: every axis must have at least one stratum");
         double diagonal2 = 0.0;
         for (std::size_t a = 0; a < D; ++a) {
             const double side = 1.0 / static_cast<double>(strata[a]);
@@ -152,10 +159,18 @@ struct Resolution {
     std::size_t across, along;
 };
 
-// G at `count` points of [0,1]^D, in parallel.
+// G at `count` points, in parallel: values[i] is that of x[i * D] … x[i * D + D − 1].
+//
+// Contract: D is 2 or 3; points are finite and in the unit box; values has room for `count`
+// numbers; resolution.across and resolution.along are at least 3; threads ≥ 1.
 template <std::size_t D, class Design, class Pause = NoPause>
 void bias_function(const Design &design, const double *x, std::size_t count, double *values,
                    unsigned threads, const Resolution &resolution, Pause &&pause = {}) {
+    static_assert(D == 2 || D == 3);
+    detail::check_points<D>({x, count}, Domain::box);
+    VOROQUAD_CHECK(resolution.across >= 3 && resolution.along >= 3,
+                   "bias_function: a resolution must be at least 3");
+    VOROQUAD_CHECK(threads >= 1, "bias_function: threads must be at least 1");
     const auto evaluate = [&](std::size_t begin, std::size_t end, unsigned) {
         detail::BiasIntegral<D, Design> integral(design, resolution.across, resolution.along);
         for (std::size_t i = begin; i < end; ++i) {

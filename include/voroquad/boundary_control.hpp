@@ -16,6 +16,7 @@
 #include <limits>
 #include <vector>
 
+#include <voroquad/detail/check.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/points/grid.hpp>
 #include <voroquad/detail/points/nearest_two.hpp>
@@ -77,6 +78,32 @@ struct BiasLattice {
 };
 
 namespace detail {
+
+template <std::size_t D>
+void check_lattice([[maybe_unused]] const BiasLattice<D> &lattice, [[maybe_unused]] std::size_t n) {
+#if VOROQUAD_CHECKED
+    std::size_t classes = 1, strata = 1;
+    for (std::size_t a = 0; a < D; ++a) {
+        const auto &position = lattice.position[a];
+        const auto &node_class = lattice.node_class[a];
+        VOROQUAD_CHECK(lattice.weight[a].size() == position.size() &&
+                           node_class.size() == position.size(),
+                       "BiasLattice: an axis has not as many weights and classes as positions");
+        for (std::size_t i = 0; i < position.size(); ++i) {
+            VOROQUAD_CHECK(position[i] >= 0.0 && position[i] <= 1.0,
+                           "BiasLattice: a position is not in [0, 1]");
+            VOROQUAD_CHECK(node_class[i] < lattice.classes[a],
+                           "BiasLattice: a node is of a class that the axis does not have");
+        }
+        classes *= lattice.classes[a];
+        strata *= lattice.strata[a];
+    }
+    VOROQUAD_CHECK(lattice.excess.size() == classes,
+                   "BiasLattice: excess has not one entry a class");
+    VOROQUAD_CHECK(strata == n || lattice.strata == (std::array<std::size_t, D>{}),
+                   "BiasLattice: strata must be all 0, or as many as points");
+#endif
+}
 
 // Turns the cell measures of one set into weights.
 template <std::size_t D>
@@ -158,11 +185,21 @@ private:
 } // namespace detail
 
 // Weights of `sets` sets of n points, in parallel over sets where there are enough of them and
-// over look-ups elsewhere; the same to the last bit for any number of threads.
+// over look-ups elsewhere; the same to the last bit for any number of threads. On entry weights
+// are the measures of the cells, and excess is G − 1 at the samples.
+//
+// Contract: D is 1, 2 or 3; points (sets, n, D) are finite and in the unit box; excess and weights
+// are (sets, n); on each axis of the lattice position, weight and node_class have the same length,
+// positions are in [0, 1], classes are below `classes`, and excess of the lattice has an entry per
+// class of all axes; strata are all 0, or there are n in all, each with one point; threads ≥ 1.
 template <std::size_t D, class Pause = NoPause>
 void boundary_control_of_sets(const double *points, const double *excess, std::size_t sets,
                               std::size_t n, const BiasLattice<D> &lattice, double *weights,
                               unsigned threads, Pause &&pause = {}) {
+    static_assert(1 <= D && D <= 3);
+    detail::check_lattice(lattice, n);
+    detail::check_points<D>({points, sets * n}, Domain::box);
+    VOROQUAD_CHECK(threads >= 1, "boundary_control_of_sets: threads must be at least 1");
     const bool over_sets = sets >= 2 * std::size_t{threads};
     const unsigned workers = over_sets ? threads : 1, inner = over_sets ? 1 : threads;
     std::vector<detail::BoundaryControl<D>> control(std::max(1u, workers));

@@ -4,11 +4,18 @@
 // been cut away. Nearest points come first; once every vertex of the cell is closer than half
 // the distance to all points not yet seen, none of those can cut it ("security radius") and
 // the cell is final. There is no global mesh, and no assumption of general position.
+//
+// A point is in the domain if it is in its box and, on periodic axes, below the upper end. A set
+// has fewer than 2^32 − 1 points (std::length_error). Results are the same to the last bit for
+// any number of threads. The calling thread calls pause() now and then; an exception that it
+// throws ends the work and reaches the caller.
 #pragma once
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <span>
 #include <vector>
 
 #include <voroquad/detail/cells/ball.hpp>
@@ -17,6 +24,7 @@
 #include <voroquad/detail/cells/cylinder.hpp>
 #include <voroquad/detail/cells/interval.hpp>
 #include <voroquad/detail/cells/wall_cutter.hpp>
+#include <voroquad/detail/check.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/domain.hpp>
 #include <voroquad/parallel.hpp>
@@ -24,21 +32,28 @@
 
 namespace VOROQUAD {
 
-// Scratch space for one set after another.
+// Memory that is kept from set to set. During a visit of cells it tells where they are.
 template <std::size_t D>
 struct CellWorkspace {
     detail::PointTree<D> tree;
     std::vector<detail::CellCutter<D>> cutters;
+
+    // The coordinates of a site, a distinct point of the set
+    Point<D> site(std::size_t s) const { return tree.site(s); }
+    // Where in the caller's array the points stand that lie at a site
+    std::span<const std::uint32_t> points_at(std::size_t s) const { return tree.points_at(s); }
 };
 template <>
 struct CellWorkspace<1> {
     detail::RankedPoints ranked;
 };
 
-// Calls visit(site, cell, worker) for every distinct point in parallel, along the tree's curve.
-template <std::size_t D, class Visit, class Pause = NoPause>
-void for_each_cell(CellWorkspace<D> &work, const BoundsOf<D> &domain, unsigned threads,
-                   Visit &&visit, Pause &&pause = {}) {
+namespace detail {
+
+// Calls visit(site, cell, worker) for all sites of the tree.
+template <std::size_t D, class Visit, class Pause>
+void visit_cells(CellWorkspace<D> &work, const Bounds<D> &domain, unsigned threads, Visit &&visit,
+                 Pause &&pause) {
     if (work.cutters.size() < threads) work.cutters.resize(threads);
     const auto cut_families = [&](std::size_t begin, std::size_t end, unsigned worker) {
         work.cutters[worker].cut_families(
@@ -46,25 +61,21 @@ void for_each_cell(CellWorkspace<D> &work, const BoundsOf<D> &domain, unsigned t
             [&](std::size_t site, const auto &cell) { visit(site, cell, worker); });
     };
     // The cells of a chunk know what bounded the ones before: chunks are the same for any threads.
-    constexpr std::size_t grain = 128 / detail::PointTree<D>::family_size;
+    constexpr std::size_t grain = 128 / PointTree<D>::family_size;
     parallel_for(work.tree.families(), grain, threads, cut_families, pause);
 }
 
-// Calls visit(site, cell, worker) for the part in the domain of the cell of every distinct point.
-template <std::size_t D, class Visit, class Pause = NoPause>
-void for_each_cell_in(CellWorkspace<D> &work, const ConvexDomain<D> &domain, unsigned threads,
-                      Visit &&visit, Pause &&pause = {}) {
-    std::vector<detail::WallCutter<D>> cutters(std::max(1u, threads));
-    for_each_cell(
-        work, domain.bounds, threads,
-        [&](std::size_t site, const auto &cell, unsigned worker) {
-            cutters[worker].cut(domain, work.tree.site(site), cell,
-                                [&](const auto &part) { visit(site, part, worker); });
-        },
-        pause);
+// The same with what the walls of a convex domain leave of each cell
+template <std::size_t D, class Visit, class Pause>
+void visit_cells(CellWorkspace<D> &work, const ConvexDomain<D> &domain, unsigned threads,
+                 Visit &&visit, Pause &&pause) {
+    std::vector<WallCutter<D>> cutters(std::max(1u, threads));
+    const auto cut = [&](std::size_t site, const auto &cell, unsigned worker) {
+        cutters[worker].cut(domain, work.site(site), cell,
+                            [&](const auto &part) { visit(site, part, worker); });
+    };
+    visit_cells(work, domain.bounds, threads, cut, pause);
 }
-
-namespace detail {
 
 // Points that coincide share their cell equally.
 template <std::size_t D>
@@ -75,15 +86,52 @@ void share(const PointTree<D> &tree, std::size_t site, double measure, double *m
 
 } // namespace detail
 
+// Calls visit(site, cell, worker) for every distinct point in parallel, in an order that keeps
+// neighbours together; worker < threads tells calls apart that run at the same time. A cell has
+// measure(), squared_radius() and, with coordinates relative to the site, size() vertices
+// vertex(i); in space some of these are the site itself, and for_each_face(visit) calls
+// visit(corners, normal) instead. It lives until visit returns.
+//
+// Contract: D is 2 or 3; points are finite and in the domain; threads ≥ 1; visit may be called by
+// several threads at once.
+template <std::size_t D, class Visit, class Pause = NoPause>
+void for_each_cell(const PointView<D> &points, const BoundsOf<D> &domain, CellWorkspace<D> &work,
+                   unsigned threads, Visit &&visit, Pause &&pause = {}) {
+    static_assert(D == 2 || D == 3);
+    detail::check_points(points, domain);
+    VOROQUAD_CHECK(threads >= 1, "for_each_cell: threads must be at least 1");
+    if (points.size() == 0) return;
+    work.tree.build(points);
+    detail::visit_cells(work, domain, threads, visit, pause);
+}
+
+// Calls visit(site, cell, worker) for the part in the domain of the cell of every distinct point.
+//
+// Contract: D is 2 or 3; points are finite and in the domain, but for rounding at its walls;
+// threads ≥ 1; visit may be called by several threads at once.
+template <std::size_t D, class Visit, class Pause = NoPause>
+void for_each_cell_in(const PointView<D> &points, const ConvexDomainOf<D> &domain,
+                      CellWorkspace<D> &work, unsigned threads, Visit &&visit, Pause &&pause = {}) {
+    static_assert(D == 2 || D == 3);
+    detail::check_points_within(points, domain);
+    VOROQUAD_CHECK(threads >= 1, "for_each_cell_in: threads must be at least 1");
+    if (points.size() == 0) return;
+    work.tree.build(points);
+    detail::visit_cells(work, domain, threads, visit, pause);
+}
+
 // Lengths, areas or volumes of the cells. Points that coincide share their cell equally.
+//
+// Contract: D is 1, 2 or 3; points are finite and in the domain; measures has room for
+// points.size() numbers; threads ≥ 1.
 template <std::size_t D, class Pause = NoPause>
 void cell_measures(const PointView<D> &points, const BoundsOf<D> &domain, double *measures,
                    CellWorkspace<D> &work, unsigned threads = 1, Pause &&pause = {}) {
+    static_assert(1 <= D && D <= 3);
     if constexpr (D == 1) {
+        detail::check_points(points, domain);
         detail::cell_lengths(points, domain, measures, work.ranked);
     } else {
-        if (points.size() == 0) return;
-        work.tree.build(points);
         const auto put = [&](std::size_t site, const auto &cell, unsigned) {
             // Measures of points in no order are far apart: their places are fetched ahead, or
             // later stores would wait behind them.
@@ -91,13 +139,17 @@ void cell_measures(const PointView<D> &points, const BoundsOf<D> &domain, double
             __builtin_prefetch(&measures[work.tree.points_at(soon).front()], 1);
             detail::share(work.tree, site, cell.measure(), measures);
         };
-        for_each_cell(work, domain, threads, put, pause);
+        for_each_cell(points, domain, work, threads, put, pause);
     }
 }
 
 // Measures of independent sets of n points each; set(s) is the PointView of one. In
 // parallel over sets where there are enough of them and over cells elsewhere. Every measure
-// depends on its own set only: the result is the same to the last bit for any number of threads.
+// depends on its own set only.
+//
+// Contract: D is 1, 2 or 3; points of every set are finite and in the domain; set(s) may be called
+// by several threads at once, and set(s).size() is n for s < sets; measures has room for sets · n
+// numbers, set after set; threads ≥ 1.
 template <std::size_t D, class Set, class Pause = NoPause>
 void cell_measures_of_sets(Set &&set, std::size_t sets, std::size_t n, const Bounds<D> &domain,
                            double *measures, unsigned threads, Pause &&pause = {}) {
@@ -109,42 +161,47 @@ void cell_measures_of_sets(Set &&set, std::size_t sets, std::size_t n, const Bou
                 const auto pause_here = [&] {
                     if (worker == 0) pause(); // the calling thread
                 };
+                VOROQUAD_CHECK(set(s).size() == n, "cell_measures_of_sets: a set has not n points");
                 cell_measures<D>(set(s), domain, measures + s * n, work[worker], 1, pause_here);
             }
         };
         parallel_for(sets, grain, threads, measure_sets, pause);
     } else {
         CellWorkspace<D> work;
-        for (std::size_t s = 0; s < sets; ++s)
+        for (std::size_t s = 0; s < sets; ++s) {
+            VOROQUAD_CHECK(set(s).size() == n, "cell_measures_of_sets: a set has not n points");
             cell_measures<D>(set(s), domain, measures + s * n, work, threads, pause);
+        }
     }
 }
 
 // Areas or volumes of the parts of cells in the domain. Points that coincide share theirs equally.
+//
+// Contract: D is 2 or 3; points are finite and in the domain, but for rounding at its walls;
+// measures has room for points.size() numbers; threads ≥ 1.
 template <std::size_t D, class Pause = NoPause>
 void cell_measures_in(const PointView<D> &points, const ConvexDomainOf<D> &domain, double *measures,
                       unsigned threads = 1, Pause &&pause = {}) {
-    if (points.size() == 0) return;
     CellWorkspace<D> work;
-    work.tree.build(points);
     const auto put = [&](std::size_t site, const auto &cell, unsigned) {
         detail::share(work.tree, site, cell.measure(), measures);
     };
-    for_each_cell_in(work, domain, threads, put, pause);
+    for_each_cell_in(points, domain, work, threads, put, pause);
 }
 
 // Of each cell the distance from its point to its farthest corner.
+//
+// Contract: D is 2 or 3; points are finite and in the domain, but for rounding at its walls; radii
+// has room for points.size() numbers; threads ≥ 1.
 template <std::size_t D, class Pause = NoPause>
 void cell_radii(const PointView<D> &points, const ConvexDomainOf<D> &domain, double *radii,
                 unsigned threads = 1, Pause &&pause = {}) {
-    if (points.size() == 0) return;
     CellWorkspace<D> work;
-    work.tree.build(points);
     const auto put = [&](std::size_t site, const auto &cell, unsigned) {
-        for (const std::size_t i : work.tree.points_at(site))
+        for (const std::size_t i : work.points_at(site))
             radii[i] = std::sqrt(cell.squared_radius());
     };
-    for_each_cell_in(work, domain, threads, put, pause);
+    for_each_cell_in(points, domain, work, threads, put, pause);
 }
 
 // The cells of a set in the plane as polygons: those of point i are
@@ -155,11 +212,13 @@ struct Polygons {
     std::vector<std::size_t> offsets;
 };
 
+// Cells of a set in the plane as polygons.
+//
+// Contract: points are finite and in the domain, but for rounding at its walls.
 template <class Pause = NoPause>
 Polygons cell_polygons(const PointView<2> &points, const ConvexDomain<2> &domain,
                        Pause &&pause = {}) {
     CellWorkspace<2> work;
-    work.tree.build(points);
 
     // As the cells come, without edges of length zero; a site where nothing is left
     struct Range {
@@ -168,7 +227,7 @@ Polygons cell_polygons(const PointView<2> &points, const ConvexDomain<2> &domain
     std::vector<Point<2>> corners;
     std::vector<Range> polygon(points.size());
     const auto put = [&](std::size_t s, const auto &cell, unsigned) {
-        const Point<2> site = work.tree.site(s);
+        const Point<2> site = work.site(s);
         const std::size_t begin = corners.size();
         for (std::size_t v = 0; v < cell.size(); ++v) {
             Point<2> corner = cell.vertex(v);
@@ -178,9 +237,9 @@ Polygons cell_polygons(const PointView<2> &points, const ConvexDomain<2> &domain
         }
         if (corners.size() == begin) corners.push_back(site);
         while (corners.size() > begin + 1 && corners.back() == corners[begin]) corners.pop_back();
-        for (const std::size_t i : work.tree.points_at(s)) polygon[i] = {begin, corners.size()};
+        for (const std::size_t i : work.points_at(s)) polygon[i] = {begin, corners.size()};
     };
-    for_each_cell_in(work, domain, 1, put, pause);
+    for_each_cell_in(points, domain, work, 1, put, pause);
 
     // Into the caller's order
     Polygons out;
@@ -217,20 +276,21 @@ struct Polyhedra {
     }
 };
 
+// Cells of a set in space as polyhedra.
+//
+// Contract: points are finite and in the domain, but for rounding at its walls.
 template <class Pause = NoPause>
 Polyhedra cell_polyhedra(const PointView<3> &points, const ConvexDomain<3> &domain,
                          Pause &&pause = {}) {
-    if (points.size() == 0) return {};
     CellWorkspace<3> work;
-    work.tree.build(points);
 
     // Site after site, without edges of length zero and without what that leaves of a face
     Polyhedra by_site;
     std::vector<std::size_t> site_of(points.size());
     std::vector<Point<3>> face;
     const auto keep = [&](std::size_t s, const detail::ConvexPolyhedron &cell, unsigned) {
-        const Point<3> site = work.tree.site(s);
-        for (const std::size_t i : work.tree.points_at(s)) site_of[i] = s;
+        const Point<3> site = work.site(s);
+        for (const std::size_t i : work.points_at(s)) site_of[i] = s;
         cell.for_each_face([&](const std::vector<Point<3>> &corners, const Point<3> &) {
             face.clear();
             for (Point<3> corner : corners) {
@@ -243,7 +303,7 @@ Polyhedra cell_polyhedra(const PointView<3> &points, const ConvexDomain<3> &doma
         });
         by_site.faces.push_back(by_site.begin.size() - 1);
     };
-    for_each_cell_in(work, domain, 1, keep, pause);
+    for_each_cell_in(points, domain, work, 1, keep, pause);
 
     // Into the caller's order
     Polyhedra out;
@@ -253,52 +313,57 @@ Polyhedra cell_polyhedra(const PointView<3> &points, const ConvexDomain<3> &doma
 
 // The centroids of all cells, in the coordinates of the points; on periodic axes they may lie
 // outside the box.
+//
+// Contract: D is 2 or 3; points are finite and in the domain, but for rounding at its walls;
+// centroids has room for points.size() of them; threads ≥ 1.
 template <std::size_t D, class Pause = NoPause>
 void cell_centroids(const PointView<D> &points, const ConvexDomainOf<D> &domain,
                     Point<D> *centroids, unsigned threads = 1, Pause &&pause = {}) {
-    if (points.size() == 0) return;
     CellWorkspace<D> work;
-    work.tree.build(points);
     const auto place = [&](std::size_t site, const auto &cell, unsigned) {
         Point<D> c = detail::centroid(cell);
-        const Point<D> origin = work.tree.site(site);
+        const Point<D> origin = work.site(site);
         for (std::size_t a = 0; a < D; ++a) c[a] += origin[a];
-        for (const std::size_t i : work.tree.points_at(site)) centroids[i] = domain.clamped(c);
+        for (const std::size_t i : work.points_at(site)) centroids[i] = domain.clamped(c);
     };
-    for_each_cell_in(work, domain, threads, place, pause);
+    for_each_cell_in(points, domain, work, threads, place, pause);
 }
 
 // Areas or volumes of what the disc or ball that touches the sides of the unit box holds of the
 // cells. Points that coincide share their cell equally.
+//
+// Contract: D is 2 or 3; points are finite and in the unit box; measures has room for
+// points.size() numbers; threads ≥ 1.
 template <std::size_t D, class Pause = NoPause>
 void cell_measures_in_ball(const PointView<D> &points, double *measures, unsigned threads = 1,
                            Pause &&pause = {}) {
-    if (points.size() == 0) return;
     CellWorkspace<D> work;
-    work.tree.build(points);
     const auto put = [&](std::size_t site, const auto &cell, unsigned) {
         constexpr double radius = 0.5;
-        Point<D> centre = work.tree.site(site);
+        Point<D> centre = work.site(site);
         for (double &c : centre) c = radius - c;
         detail::share(work.tree, site, detail::part_in_ball<D>(cell, centre, radius), measures);
     };
-    for_each_cell(work, Domain::box, threads, put, pause);
+    for_each_cell(points, Domain::box, work, threads, put, pause);
 }
 
 // Volumes of what the cylinder of a radius about the third axis holds of the cells. Points that
 // coincide share their cell equally.
+//
+// Contract: points are finite and in the domain; radius is positive and finite; measures has room
+// for points.size() numbers; threads ≥ 1.
 template <class Pause = NoPause>
 void cell_measures_in_cylinder(const PointView<3> &points, const Bounds<3> &domain, double radius,
                                double *measures, unsigned threads = 1, Pause &&pause = {}) {
-    if (points.size() == 0) return;
+    VOROQUAD_CHECK(radius > 0.0 && std::isfinite(radius),
+                   "cell_measures_in_cylinder: radius must be positive and finite");
     CellWorkspace<3> work;
-    work.tree.build(points);
     const auto put = [&](std::size_t site, const detail::ConvexPolyhedron &cell, unsigned) {
-        const Point<3> at = work.tree.site(site);
+        const Point<3> at = work.site(site);
         const Point<3> centre{-at[0], -at[1], 0.0};
         detail::share(work.tree, site, detail::measure_in_cylinder(cell, centre, radius), measures);
     };
-    for_each_cell(work, domain, threads, put, pause);
+    for_each_cell(points, domain, work, threads, put, pause);
 }
 
 } // namespace VOROQUAD

@@ -18,16 +18,16 @@ enum class Domain { box, torus };
 
 // A box of any sides. Its faces bound the cells on axes that are not periodic; opposite faces are
 // one on those that are.
-//
-// Preconditions: box.lo < box.hi; coordinates are at most 1000 in absolute value (scale by a power
-// of two, which is exact); points lie in the box, on periodic axes below box.hi.
 template <std::size_t D>
 struct Bounds {
     Box<D> box;
     std::array<bool, D> periodic{};
 
+    // Contract: lo < hi on every axis, at most 1000 in absolute value. (Scaling by a power of two,
+    // there and back, is exact.)
     Bounds(const Box<D> &sides, const std::array<bool, D> &periodic_axes)
         : box(sides), periodic(periodic_axes) {}
+    // Contract: none.
     Bounds(Domain unit) {
         box.lo.fill(0.0);
         box.hi.fill(1.0);
@@ -59,15 +59,15 @@ struct Wall {
 
 // What walls leave of a box. Distances do not depend on the domain: the cell in the domain is what
 // its walls leave of the cell in the box.
-//
-// Preconditions: those of Bounds; points lie inside of all walls but for rounding.
 template <std::size_t D>
 struct ConvexDomain {
     Bounds<D> bounds;
     std::vector<Wall<D>> walls; // none: the domain is the box
 
+    // Contract: that of Bounds; normals and offsets of half-spaces are finite, normals not zero.
     ConvexDomain(Bounds<D> box, std::vector<Wall<D>> half_spaces = {})
         : bounds(box), walls(std::move(half_spaces)) {}
+    // Contract: none.
     ConvexDomain(Domain unit) : bounds(unit) {}
 
     Point<D> clamped(const Point<D> &p) const { return bounds.clamped(p); }

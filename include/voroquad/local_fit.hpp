@@ -21,6 +21,7 @@
 #include <span>
 #include <vector>
 
+#include <voroquad/detail/check.hpp>
 #include <voroquad/detail/fits/block_fits.hpp>
 #include <voroquad/detail/fits/least_squares.hpp>
 #include <voroquad/detail/instruction_set.hpp>
@@ -36,8 +37,38 @@ struct LeaveOneOut {
     std::size_t lowered = 0; // fits that the guard has lowered the order of
 };
 
-// `points` are (sets, n, d), each set in C order of its strata. The slabs that work is handed out
-// in do not depend on the number of threads, nor does the order in which their parts are added.
+namespace detail {
+
+// One finite point in every stratum, in C order.
+inline void check_points_of_strata([[maybe_unused]] const double *points,
+                                   [[maybe_unused]] std::size_t sets,
+                                   [[maybe_unused]] const StrataBlocks &blocks) {
+#if VOROQUAD_CHECKED
+    const std::size_t n = blocks.size(), d = blocks.dimension();
+    for (std::size_t i = 0; i < sets * n; ++i)
+        for (std::size_t a = 0; a < d; ++a) {
+            const double k = double(blocks.strata(a));
+            const double stratum = double(i % n / blocks.stride(a) % blocks.strata(a));
+            const double x = points[i * d + a], rounding = 1e-15;
+            if (x >= stratum / k - rounding && x <= (stratum + 1.0) / k + rounding) continue;
+            throw std::invalid_argument("voroquad: coordinate " + std::to_string(a) + " of point " +
+                                        std::to_string(i) + " is " + text_of(x) +
+                                        "; its stratum goes from " + text_of(stratum / k) + " to " +
+                                        text_of((stratum + 1.0) / k));
+        }
+#endif
+}
+
+} // namespace detail
+
+// Weights and residuals of sets of samples with one sample per stratum. The slabs that work is
+// handed out in do not depend on the number of threads, nor does the order in which their parts are
+// added.
+//
+// Contract: points (sets, n, d) are finite, n = blocks.size(), d = blocks.dimension(), point i of a
+// set in stratum i in C order; blocks are single strata, or have more members than a polynomial of
+// d variables and that order has terms; values are (sets, fields, n), or null where fields = 0;
+// threads ≥ 1.
 template <class Pause = NoPause>
 LeaveOneOut leave_one_out(const double *points, std::size_t sets, const StrataBlocks &blocks,
                           std::size_t order, const double *values, std::size_t fields,
@@ -81,6 +112,11 @@ LeaveOneOut leave_one_out(const double *points, std::size_t sets, const StrataBl
         }
     };
 
+    detail::check_points_of_strata(points, sets, blocks);
+    VOROQUAD_CHECK(blocks.members().size() == 1 ||
+                       blocks.members().size() > detail::TotalDegree(d, order).size(),
+                   "leave_one_out: a block needs more members than the polynomial has terms");
+    VOROQUAD_CHECK(threads >= 1, "leave_one_out: threads must be at least 1");
     LeaveOneOut out{std::vector<double>(sets * n, share), std::vector<double>(sets * fields * n)};
     if (blocks.members().size() == 1) { // nothing to fit to
         std::copy_n(values, out.residuals.size(), out.residuals.begin());

@@ -11,6 +11,7 @@
 
 #include <voroquad/cells.hpp>
 #include <voroquad/detail/cells/shared_faces.hpp>
+#include <voroquad/detail/check.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/domain.hpp>
 #include <voroquad/points.hpp>
@@ -67,9 +68,15 @@ Neighbours<D> rows_of(FacesOf<D> faces) {
 } // namespace detail
 
 // The neighbours of all points.
+//
+// Contract: D is 1, 2 or 3; points are finite and in the domain, but for rounding at its walls;
+// there are no walls where D = 1; threads ≥ 1.
 template <std::size_t D, class Pause = NoPause>
 Neighbours<D> cell_neighbours(const PointView<D> &points, const ConvexDomainOf<D> &domain,
                               unsigned threads = 1, Pause &&pause = {}) {
+    static_assert(1 <= D && D <= 3);
+    detail::check_points_within(points, domain);
+    VOROQUAD_CHECK(threads >= 1, "cell_neighbours: threads must be at least 1");
     if constexpr (D == 1) {
         return detail::rows_of(detail::faces_on_line(points, domain.bounds));
     } else {
@@ -80,7 +87,7 @@ Neighbours<D> cell_neighbours(const PointView<D> &points, const ConvexDomainOf<D
         const auto add = [&](std::size_t site, const auto &cell, unsigned worker) {
             collector.add(site, cell, worker);
         };
-        for_each_cell_in(work, domain, threads, add, pause);
+        detail::visit_cells(work, domain, threads, add, pause);
         return detail::rows_of(collector.faces(points.size()));
     }
 }

@@ -17,6 +17,8 @@ namespace VOROQUAD {
 
 // The number of threads a call may use: the environment variable
 // VOROQUAD_NUM_THREADS where it is a positive number, else one per processor.
+//
+// Contract: none; the result is at least 1.
 inline unsigned default_thread_count() {
     if (const char *text = std::getenv("VOROQUAD_NUM_THREADS"))
         if (const long wanted = std::strtol(text, nullptr, 10); wanted > 0)
@@ -24,15 +26,19 @@ inline unsigned default_thread_count() {
     return std::max(1u, std::thread::hardware_concurrency());
 }
 
-// Calls body(begin, end, worker) for chunks of at most `grain` indices that
-// partition [0, n). Chunks are handed out as threads become free, so results
-// may depend on the index only, never on `worker`, which is there to pick a
-// scratch space. The calling thread calls pause() before each of its chunks; the first
-// exception thrown there or by a body ends the loop early and is rethrown here.
+// Nothing to do between chunks.
 struct NoPause {
     void operator()() const {}
 };
 
+// Calls body(begin, end, worker) for chunks of at most `grain` indices that partition [0, n).
+// Chunks are handed out as threads become free, so results may depend on the index only, never on
+// worker < max(1, threads), which is there to pick a scratch space. The calling thread calls
+// pause() before each of its chunks; the first exception thrown there or by a body ends the loop
+// early and is rethrown here.
+//
+// Contract: body may be called by several threads at once. A grain or a number of threads of 0
+// counts as 1.
 template <class Body, class Pause = NoPause>
 void parallel_for(std::size_t n, std::size_t grain, unsigned threads, Body &&body,
                   Pause &&pause = {}) {

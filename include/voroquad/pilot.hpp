@@ -21,6 +21,7 @@
 #include <stdexcept>
 #include <vector>
 
+#include <voroquad/detail/check.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/pilot/allocation.hpp>
 #include <voroquad/detail/pilot/indicator.hpp>
@@ -46,9 +47,14 @@ public:
     // The most samples of a cell
     static constexpr std::size_t largest_block = std::size_t{1} << detail::highest_level;
 
-    // `keys` are `sequences` times D, of uniformly random bits.
+    // A rule of k^D cells for the components (`fields`) of an integrand.
+    //
+    // Contract: k ≥ 1; fields ≥ 1; keys has `sequences` times D entries of uniformly random bits.
+    // The calls come in the order above, plan() with at least as many samples as cells
+    // (std::invalid_argument otherwise); threads ≥ 1.
     PilotRule(std::size_t k, std::size_t fields, const Key *keys)
         : k_(k), cells_(power(k)), fields_(fields), keys_(keys, keys + sequences * D), order_(k) {
+        VOROQUAD_CHECK(k >= 1 && fields >= 1, "PilotRule: k and fields must be at least 1");
         for (std::size_t a = D, step = 1; a-- > 0; step *= k) stride_[a] = step;
         for (std::size_t q = 0; q < detail::stencil_count<D>; ++q)
             if (detail::stencil_size(q) <= k) stencils_.emplace_back(detail::stencil_size(q));

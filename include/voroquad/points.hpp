@@ -19,6 +19,7 @@ using Point = std::array<double, D>;
 template <std::size_t D>
 class PointView {
 public:
+    // Contract: coordinates of n points can be read at data for as long as the view is used.
     PointView(const double *data, std::size_t n, std::ptrdiff_t point_stride = D,
               std::ptrdiff_t axis_stride = 1)
         : data_(data), size_(n), point_stride_(point_stride), axis_stride_(axis_stride) {}

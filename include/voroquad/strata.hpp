@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include <voroquad/detail/check.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 
 namespace VOROQUAD {
@@ -16,10 +17,20 @@ namespace VOROQUAD {
 // Strata of one colour are those whose indices agree modulo the period; period 0: none do.
 class StrataBlocks {
 public:
+    static constexpr std::size_t most_axes = 8;
+
+    // Contract: strata and width have the same length of 1 to 8, and 1 ≤ width ≤ strata on every
+    // axis.
     StrataBlocks(std::span<const std::size_t> strata, std::span<const std::size_t> width,
                  std::size_t period)
         : strata_(strata.begin(), strata.end()), width_(width.begin(), width.end()),
           stride_(strata.size(), 1), period_(period) {
+        VOROQUAD_CHECK(1 <= strata.size() && strata.size() <= most_axes &&
+                           strata.size() == width.size(),
+                       "StrataBlocks: strata and width must have the same length of 1 to 8");
+        for (std::size_t a = 0; a < strata.size(); ++a)
+            VOROQUAD_CHECK(1 <= width[a] && width[a] <= strata[a],
+                           "StrataBlocks: 1 ≤ width ≤ strata does not hold on every axis");
         for (std::size_t a = strata.size() - 1; a-- > 0;)
             stride_[a] = stride_[a + 1] * strata_[a + 1];
         // Members in C order, as distances from the block's first stratum

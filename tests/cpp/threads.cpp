@@ -36,7 +36,7 @@ void check() {
     std::vector<double> coordinates(20'000 * D);
     for (double &c : coordinates) c = uniform(generator);
     if (run<D>(coordinates, 4) != run<D>(coordinates, 1)) {
-        std::printf("d = %d: the number of threads changes the result\n", D);
+        std::printf("d = %zu: the number of threads changes the result\n", D);
         std::exit(1);
     }
 }

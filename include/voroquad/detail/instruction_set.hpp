@@ -1,4 +1,4 @@
-// voroquad/detail/instruction_set.hpp: the name of what the compiler may use of the processor.
+// voroquad/detail/instruction_set.hpp: a namespace that is named after the target.
 //
 // Files of one program that are compiled for different processors (-march) would have functions of
 // the same name with different instructions, of which the linker keeps any one: a program could
@@ -137,6 +137,14 @@
 #define VOROQUAD_ARM_FEATURE_DOTPROD 0
 #endif
 
+// Whether calls are checked against the contracts of functions (check.hpp). Such functions have
+// other code too, and so another name.
+#ifdef NDEBUG
+#define VOROQUAD_CHECKED 0
+#else
+#define VOROQUAD_CHECKED 1
+#endif
+
 #define VOROQUAD_JOIN3(a, b, c) a##b##c
 #define VOROQUAD_JOIN5(a, b, c, d, e) a##b##c##d##e
 #define VOROQUAD_JOIN8(a, b, c, d, e, f, g, h) a##b##c##d##e##f##g##h
@@ -158,14 +166,14 @@
 #define VOROQUAD_ARM_FEATURES                                                                      \
     VOROQUAD_EXPAND3(VOROQUAD_ARM_FEATURE_SVE, VOROQUAD_ARM_FEATURE_SVE2,                          \
                      VOROQUAD_ARM_FEATURE_DOTPROD)
-// Such as target_11111_11111111_00000_...: a digit for each feature above, in that order
-#define VOROQUAD_NAME(sse, avx, avx512, newer, arm)                                                \
-    target_##sse##_##avx##_##avx512##_##newer##_##arm
-#define VOROQUAD_EXPAND_NAME(sse, avx, avx512, newer, arm)                                         \
-    VOROQUAD_NAME(sse, avx, avx512, newer, arm)
+// Such as target_11111_11111111_00000_..._0: a digit for each feature above, in that order
+#define VOROQUAD_NAME(sse, avx, avx512, newer, arm, checked)                                       \
+    target_##sse##_##avx##_##avx512##_##newer##_##arm##_##checked
+#define VOROQUAD_EXPAND_NAME(sse, avx, avx512, newer, arm, checked)                                \
+    VOROQUAD_NAME(sse, avx, avx512, newer, arm, checked)
 #define VOROQUAD_TARGET                                                                            \
     VOROQUAD_EXPAND_NAME(VOROQUAD_SSE_FEATURES, VOROQUAD_AVX_FEATURES, VOROQUAD_AVX512_FEATURES,   \
-                         VOROQUAD_NEW_FEATURES, VOROQUAD_ARM_FEATURES)
+                         VOROQUAD_NEW_FEATURES, VOROQUAD_ARM_FEATURES, VOROQUAD_CHECKED)
 
 // Opens namespace voroquad: `namespace VOROQUAD { … }`
 #define VOROQUAD voroquad::inline VOROQUAD_TARGET

@@ -151,7 +151,7 @@ private:
     LeastSquares fit_;
     std::vector<Pack> factors_, basis_, solution_, value_response_, mean_response_;
     std::vector<std::vector<double>> means_, edges_;
-    std::array<std::array<std::size_t, 8>, Pack::lanes> start_{}, offset_{};
+    std::array<std::array<std::size_t, StrataBlocks::most_axes>, Pack::lanes> start_{}, offset_{};
     std::array<std::size_t, Pack::lanes> base_{}, own_{};
     std::array<std::size_t, Pack::lanes> order_{};
 };
