@@ -10,6 +10,7 @@
 #include <limits>
 #include <vector>
 
+#include <voroquad/detail/cells/tuning.hpp>
 #include <voroquad/detail/cells/turn.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/points/tree.hpp>
@@ -109,18 +110,19 @@ public:
         domain_ = &domain;
         turned_ = domain.any_periodic();
         box_ = tree.family_box(family);
-        first_ = tree.leaf_begin(tree.family_begin(family));
-        const std::size_t first = tree.family_begin(family), last = tree.family_begin(family + 1);
+        first_leaf_ = tree.family_begin(family);
+        end_leaf_ = tree.family_begin(family + 1);
         reach_ = reach;
         for (int attempt = 0; attempt < 8; ++attempt, reach_ *= 0.5) {
             points_.clear(turned_);
-            add_leaves(first, last);
-            for_each_turn(reach_, [&](const Point<D> &turn, bool home) {
-                tree.within(turned_back(turn), reach_ * reach_, [&](std::size_t l) {
-                    if (!home || l < first || l >= last) add_leaf(l, turn);
+            add_own_sites();
+            for_each_near_image([&](const Point<D> &periods) {
+                const bool is_home = periods == Point<D>{};
+                tree.within(moved_back(periods), reach_ * reach_, [&](std::size_t leaf) {
+                    if (!(is_home && owns(leaf))) add_leaf(leaf, periods);
                 });
             });
-            if (points_.size() <= most_points) break;
+            if (points_.size() <= Tuning<D>::most_collected) break;
         }
         points_.end();
     }
@@ -128,8 +130,8 @@ public:
     // Of the points those within `reach` of a leaf: its own sites first
     void narrow(std::size_t leaf, double reach, PointList<D> &near) const {
         const Box<D> box = tree_->leaf_box(leaf);
-        const std::size_t begin = tree_->leaf_begin(leaf) - first_;
-        const std::size_t end = tree_->leaf_begin(leaf + 1) - first_;
+        const std::size_t begin = tree_->leaf_begin(leaf) - first_site();
+        const std::size_t end = tree_->leaf_begin(leaf + 1) - first_site();
         near.clear(turned_);
         near.reserve(points_.size() + lanes);
         for (std::size_t i = begin; i < end; i += width)
@@ -146,6 +148,12 @@ public:
         add(end, points_.size());
         near.end();
     }
+
+    const PointTree<D> &tree() const { return *tree_; }
+    const Bounds<D> &domain() const { return *domain_; }
+    // Whether a leaf is one of the family's
+    bool owns(std::size_t leaf) const { return leaf >= first_leaf_ && leaf < end_leaf_; }
+    std::size_t first_site() const { return tree_->leaf_begin(first_leaf_); }
 
     const PointList<D> &points() const { return points_; }
     double reach() const { return reach_; }
@@ -215,44 +223,28 @@ public:
     // A point as the site sees it
     Point<D> point(std::size_t i) const { return points_.point_seen_from(site_, i); }
 
-    // Calls visit(turn, home) for the images of the domain that may hold points within `reach`
-    // of the family: itself, and on periodic axes its neighbours, so many periods away. (An image
-    // of a point that is a whole period away from the site or farther in some direction cuts no
-    // more than the site's own image and the image one period nearer do.)
+private:
+    std::size_t size() const { return points_.size(); }
+
+    // Calls visit(periods) for the images of the domain that may hold points within reach of the
+    // family: itself, and across the ends of periodic axes its neighbours.
     template <class Visit>
-    void for_each_turn(double reach, Visit &&visit) const {
+    void for_each_near_image(Visit &&visit) const {
         std::array<int, D> low{}, high{};
         for (std::size_t a = 0; a < D; ++a) {
             if (!domain_->periodic[a]) continue;
-            low[a] = box_.lo[a] - reach <= domain_->box.lo[a] ? -1 : 0;
-            high[a] = box_.hi[a] + reach >= domain_->box.hi[a] ? 1 : 0;
+            low[a] = box_.lo[a] - reach_ <= domain_->box.lo[a] ? -1 : 0;
+            high[a] = box_.hi[a] + reach_ >= domain_->box.hi[a] ? 1 : 0;
         }
-        for (std::array<int, D> k = low;;) {
-            Point<D> turn;
-            bool home = true;
-            for (std::size_t a = 0; a < D; ++a) {
-                turn[a] = k[a];
-                home &= k[a] == 0;
-            }
-            visit(turn, home);
-            std::size_t a = 0;
-            for (; a < D && k[a] == high[a]; ++a) k[a] = low[a];
-            if (a == D) return;
-            ++k[a];
-        }
+        for_each_period(low, high, visit);
     }
 
-private:
-    static constexpr std::size_t most_points = D == 2 ? 512 : 2048;
-
-    std::size_t size() const { return points_.size(); }
-
-    // Where the family's box lies for points that a turn brings near; holds it, whatever rounding
-    // does.
-    Box<D> turned_back(const Point<D> &turn) const {
+    // Where the family's box lies for points of an image: moved by as many periods in the other
+    // direction, and enlarged by the rounding of that.
+    Box<D> moved_back(const Point<D> &periods) const {
         Box<D> box;
         for (std::size_t a = 0; a < D; ++a) {
-            const Turn along = turn_of(*domain_, a, turn[a]);
+            const Turn along = turn_of(*domain_, a, periods[a]);
             box.lo[a] = along.home(box_.lo[a]) - along.rounding();
             box.hi[a] = along.home(box_.hi[a]) + along.rounding();
         }
@@ -271,21 +263,20 @@ private:
         return squared<D>(gap);
     }
 
-    // Adds all sites of leaves.
-    void add_leaves(std::size_t first, std::size_t last) {
-        const std::size_t end = tree_->leaf_begin(last);
-        points_.reserve(end - first_);
-        for (std::size_t s = tree_->leaf_begin(first); s < end; s += width)
+    void add_own_sites() {
+        const std::size_t end = tree_->leaf_begin(end_leaf_);
+        points_.reserve(end - first_site());
+        for (std::size_t s = first_site(); s < end; s += width)
             points_.add(tree_->vectors(s), {}, first_lanes(end - s));
     }
 
     // Adds the points of a leaf that are within reach.
-    void add_leaf(std::size_t leaf, const Point<D> &turn) {
+    void add_leaf(std::size_t leaf, const Point<D> &periods) {
         const std::size_t begin = tree_->leaf_begin(leaf), end = tree_->leaf_begin(leaf + 1);
         points_.reserve(points_.size() + (end - begin));
         typename PointList<D>::Vectors down, turns;
         for (std::size_t a = 0; a < D; ++a) {
-            const Turn along = turn_of(*domain_, a, turn[a]);
+            const Turn along = turn_of(*domain_, a, periods[a]);
             down[a] = Vector{} + along.point;
             turns[a] = Vector{} + along.site;
         }
@@ -302,7 +293,7 @@ private:
     const Bounds<D> *domain_ = nullptr;
     bool turned_ = false; // some axis is periodic
     Box<D> box_{};
-    std::size_t first_ = 0; // site
+    std::size_t first_leaf_ = 0, end_leaf_ = 0; // of the family
     double reach_ = 0.0;
     PointList<D> points_;
     Numbers distance2_;

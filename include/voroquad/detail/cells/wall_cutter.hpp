@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <utility>
 
-#include <voroquad/detail/cells/cutter.hpp>
+#include <voroquad/detail/cells/convex_cell.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/points/algebra.hpp>
 #include <voroquad/domain.hpp>
