@@ -51,8 +51,8 @@ OPTIONS = {
     "table": "-n --sets -o --output -d --order --debias --seed --json",
     "study": "-o --output --suite --replicates --max-n --dimensions --peers --instances --seed --scheduler --workers "
     "--store --json",
-    "render": "-o --output --domain --spp --sampler --order --debias --weighted --blend --jitter --size --seed --round "
-    "--resume --time --target-error --scheduler --workers --store --json",
+    "render": "-o --output --domain --spp --sampler --order --debias --weighted --blend --jitter --adaptive --at-least "
+    "--at-most --pixel-error --size --seed --round --resume --time --target-error --scheduler --workers --store --json",
     "compare": "-o --output --domain --spp --methods --jitter --size --seed --seeds --scheduler --workers --store "
     "--json",
     "report": "-o --output",
@@ -65,6 +65,9 @@ REWEIGHTED = {
     "samples": 4, "jitter": False, "sets": 8, "reuse": "tile", "table_seed": 1, "aovs": "lambda",
 }  # fmt: skip
 
+ADAPTIVE = {
+    "adaptive": "relative", "at_least": 8, "at_most": 32, "target": 0.1, "pilot_seed": 1, "aovs": "samples",
+}  # fmt: skip
 SAMPLER = {"sample_count": 4, "width": 2, "height": 2, "order": "none", "generators": "sz", "seed": 1}
 
 HEADERS = "bias boundary_control cells domain local_fit locate neighbours parallel points strata"
@@ -124,6 +127,7 @@ def test_plugins_take_their_properties():
     importlib.import_module("voroquad.mitsuba")
     mi.load_dict({"type": "reweighted", "nested": {"type": "path"}} | REWEIGHTED)
     mi.load_dict({"type": "plain", "jitter": False, "nested": {"type": "path"}})
+    mi.load_dict({"type": "plain", "nested": {"type": "path"}} | ADAPTIVE)
     mi.load_dict({"type": "owensobol"} | SAMPLER)
     pose = mi.ScalarTransform4f()
     mi.load_dict({"type": "moving", "to_world@0": pose, "to_world@1": pose, "nested": {"type": "perspective"}})

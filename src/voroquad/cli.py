@@ -295,6 +295,12 @@ def render(
     weighted: Annotated[bool, typer.Option(help="Use the weights, or the same samples without.")] = True,
     blend: Annotated[str, typer.Option(help="auto: per tile, as much of the weights as helps; off: all.")] = "auto",
     jitter: Jitter = True,
+    adaptive: Annotated[
+        str | None, typer.Option(help="absolute or relative: more samples where a pilot finds more error.")
+    ] = None,
+    at_least: Annotated[int, typer.Option(help="Samples of the pilot, the fewest of a pixel.")] = 16,
+    at_most: Annotated[int, typer.Option(help="The most samples of a pixel; 0: four times those on average.")] = 0,
+    pixel_error: Annotated[float, typer.Option(help="No more samples where the error of a pixel is below.")] = 0.0,
     size: Size = None,
     parameters: Parameters = None,
     sensor: Sensor = 0,
@@ -313,12 +319,14 @@ def render(
 ) -> None:
     """Render a Mitsuba scene with weighted sample sets, in rounds that can be resumed."""
     from .mitsuba import render as renderer
+    from .mitsuba.allocation import parse_sharing
     from .mitsuba.loading import parse_parameters, parse_size
 
     with _pool(scheduler, workers, store, output) as pool:
         summary = renderer.render(
             scene, output, domain=domain, spp=spp, sampler=sampler, order=order, debias=debias,
-            weighted=weighted, blend=blend, jitter=jitter, size=parse_size(size),
+            weighted=weighted, blend=blend, jitter=jitter,
+            sharing=parse_sharing(adaptive, at_least, at_most, pixel_error), size=parse_size(size),
             parameters=parse_parameters(parameters or []), sensor=sensor, variant=variant, seed=seed,
             per_round=per_round, seconds=renderer.parse_seconds(time), target_error=target_error, resume=resume,
             pool=pool,

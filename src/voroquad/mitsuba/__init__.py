@@ -26,7 +26,17 @@ OLDEST_LLVM = 17
 #: Modules of plug-ins, whose base classes are those of a variant
 _PLUGINS = tuple(
     f"{__name__}.{name}"
-    for name in ("tracing", "properties", "owen_sobol", "plain", "lights", "integrator", "slices", "sensors")
+    for name in (
+        "tracing",
+        "properties",
+        "owen_sobol",
+        "plain",
+        "adaptive",
+        "lights",
+        "integrator",
+        "slices",
+        "sensors",
+    )
 )
 
 

@@ -108,8 +108,9 @@ class OwenSobol(mi.Sampler):
         self._window = Window(width, height, 0, height)
         self._per_wavefront = 0  # samples of a pixel in a wavefront; 0: not told
         self._seed = mi.UInt32(0)
-        self._begun = 0  # samples of each pixel before those of this wavefront
-        self._tables = mi.UInt32()  # until it is seeded
+        self._picked: mi.UInt32 | None = None  # pixels of the wavefront; None: those of the window
+        self._start = self._begun = 0  # samples of each pixel before those of the first wavefront, and of this one
+        self._tables: mi.UInt32 | None = None  # until it is seeded
         self.dimension = mi.UInt32(0)
 
     # ------------------------------------------------------------------ what renderers set
@@ -128,6 +129,21 @@ class OwenSobol(mi.Sampler):
         """
         self._window = Window(width, height, rows.start, rows.stop)
         self.order = self.order if order is None else order
+        self._picked, self._start = None, 0
+
+    def pick(self, pixels: mi.UInt32, start: int) -> None:
+        """Set the pixels that the next wavefront samples, and the number of the first of their samples.
+
+        Parameters
+        ----------
+        pixels : mitsuba.UInt32
+            Numbers of pixels of the image, row by row. Each is scrambled by itself: it has the samples that it has with
+            ``order = none``.
+        start : int
+            That many samples of each pixel are left out.
+        """
+        self._window, self.order = Window(), "none"
+        self._picked, self._start = pixels, start
 
     def set_sample_count(self, sample_count: int) -> None:
         """Set the samples per pixel."""
@@ -168,8 +184,8 @@ class OwenSobol(mi.Sampler):
         seed = dr.opaque(mi.UInt32, seed) if isinstance(seed, int) else mi.UInt32(seed)
         dr.make_opaque(seed)
         self._seed = combine(seed, mi.UInt32(self._own_seed & 0xFFFFFFFF))
-        self._begun = 0
-        if dr.width(self._tables) == 0:
+        self._begun = self._start
+        if self._tables is None:
             kind = DEFAULT_GENERATORS if self.generators == "auto" else self.generators
             self._tables = mi.UInt32(nibble_tables(kind))
         self._begin()
@@ -197,7 +213,9 @@ class OwenSobol(mi.Sampler):
         # Beyond the samples that were asked for, another sequence begins
         seed = combine(self._seed, dr.opaque(mi.UInt32, self._begun >> bits))
         window = self._window
-        if window.pixels:
+        if self._picked is not None:
+            pixel = dr.gather(mi.UInt32, self._picked, pixel)
+        elif window.pixels:
             pixel += dr.opaque(mi.UInt32, window.first * window.width % 2**32)
         if window.pixels and self.order == "morton":
             place, self._key, place_bits = self._place(pixel, seed, BITS - bits)

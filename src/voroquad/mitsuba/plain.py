@@ -226,6 +226,7 @@ class Plain(ADIntegrator):
         """The strip of a band, see `Footprint`: the same bits whenever and wherever it is rendered."""
         self.check(scene, sensor)
         self.settle(sensor, seed, spp)
+        self.explore(scene, sensor, seed, spp)
         footprint = Footprint(sensor.film())
         band = footprint.bands(spp)[number]
         means = self.band_means(scene, sensor, seed, spp, number)
@@ -244,6 +245,9 @@ class Plain(ADIntegrator):
 
     def settle(self, sensor: mi.Sensor, seed: int, spp: int) -> None:
         """Make what all bands of an image share."""
+
+    def explore(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> None:
+        """Find out by rendering what all bands of an image share."""
 
     def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
         """Raise ValueError if the film has no colours, no pixels or too many."""
@@ -337,6 +341,3 @@ def whole(seed: int | mi.UInt32) -> int:
 def band_seed(seed: int, number: int) -> int:
     """The seed of a band: of the first the image's own, of the others independent ones."""
     return seed if number == 0 else int(np.random.SeedSequence((seed, number), spawn_key=(1,)).generate_state(1)[0])
-
-
-mi.register_integrator("plain", Plain)

@@ -9,7 +9,7 @@ import os
 import re
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -22,6 +22,7 @@ from .._support.files import atomic_path, check_writable, parents_of
 from .._support.locks import only_writer
 from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, LocalFile, Pool
+from .allocation import Sharing
 from .bands import Camera, Shot, forgetting
 from .blend import Floats
 from .default_domain import AUTO, settle_domain, tell
@@ -206,6 +207,7 @@ def render(
     weighted: bool = True,
     blend: str = "auto",
     jitter: bool = True,
+    sharing: Sharing | None = None,
     size: tuple[int, int] | None = None,
     parameters: Mapping[str, str] | None = None,
     sensor: int = 0,
@@ -233,6 +235,9 @@ def render(
     sampler, order, debias, weighted, blend, jitter
         As the properties of the plug-in, :class:`voroquad.mitsuba.integrator.Reweighted`. `sampler` may be "owensobol"
         too: then there are no sets, and :class:`voroquad.mitsuba.owen_sobol.OwenSobol` samples everything.
+    sharing : Sharing, optional
+        Samples go where a pilot finds noise, see :class:`voroquad.mitsuba.adaptive.Adaptive`. There are no sets then,
+        but the sampler "owensobol"; all rounds have the numbers of samples that the pilot of the first tells.
     spp, per_round, seconds, target_error
         How long to render, see :class:`Plan`. Each round takes new sample sets.
     size : (int, int), optional
@@ -278,10 +283,13 @@ def render(
     settings: dict[str, Any] = {"domain": domain, "sampler": sampler, "order": order, "debias": debias,
                                 "weighted": weighted, "blend": blend, "jitter": jitter}  # fmt: skip
     shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", {}, sensor, dict(parameters or {}))
-    if sampler == OWEN_SOBOL.name:
-        check_without_sets(settings, shot.stage()[0])
-        settings["domain"] = None
-        choice, shot = "", replace(shot, kind=OWEN_SOBOL.kind, properties=OWEN_SOBOL.properties | {"jitter": jitter})
+    if sharing is not None or sampler == OWEN_SOBOL.name:
+        check_without_sets(settings, sharing, shot.stage()[0])
+        settings |= {"domain": None, "sampler": OWEN_SOBOL.name, "sharing": sharing and asdict(sharing)}
+        properties = OWEN_SOBOL.properties | {"jitter": jitter}
+        if sharing is not None:
+            properties |= asdict(sharing) | {"pilot_seed": seed, "aovs": "samples"}
+        choice, shot = "", replace(shot, kind=OWEN_SOBOL.kind, properties=properties)
     else:
         settings["domain"], choice = settle_domain(domain, *shot.stage(), jitter=jitter)
         shot = replace(shot, properties={name: value for name, value in settings.items() if value is not None})
@@ -296,14 +304,17 @@ def render(
         found = Rounds.load(state_path(out), key) if resume else None
         tell(choice, show=show_progress)
         pool.begin(key)
+        integrator.explore(loaded, camera_sensor, seed, plan.n)
         rounds = _all_rounds(Camera(shot, pool), plan, seed, found, Output(out, key, pool.keeps), show_progress)
     return _summary(rounds, plan, settings["domain"]) | {"output": os.fspath(out)}
 
 
-def check_without_sets(settings: Mapping[str, Any], scene: mi.Scene) -> None:
+def check_without_sets(settings: Mapping[str, Any], sharing: Sharing | None, scene: mi.Scene) -> None:
     """Raise ValueError for what needs sets of samples: settings that are not left as they are, and moving objects."""
-    defaults = {"domain": AUTO, "order": None, "debias": "auto"}
-    if named := [name for name, default in defaults.items() if settings[name] != default]:
+    defaults: dict[str, tuple[Any, ...]] = {"domain": (AUTO,), "order": (None,), "debias": ("auto",)}
+    if sharing is not None:
+        defaults["sampler"] = ("stratified", OWEN_SOBOL.name)
+    if named := [name for name, known in defaults.items() if settings[name] not in known]:
         raise ValueError(
             f"sampler={OWEN_SOBOL.name!r} has no sets to apply {', '.join(named)} to; leave that out, "
             "or name a design of sets, such as 'stratified'"

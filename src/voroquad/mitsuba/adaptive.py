@@ -1,0 +1,209 @@
+"""The integrator plug-in ``plain`` with the property ``adaptive``: more samples where a pilot finds more noise."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from .._support.checks import one_of
+from . import accumulation
+from .accumulation import Footprint, pixel_means, quotient
+from .allocation import KINDS, Counts, Sharing
+from .blend import Floats
+from .owen_sobol import OwenSobol
+from .plain import Plain
+from .properties import read_property
+from .recipes import names
+
+#: Colours, whose squares the pilot sums too
+_COLOURS = 3
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """What the first samples of all pixels gave.
+
+    Attributes
+    ----------
+    seed, spp : int
+        Of the image, whose sequences they begin.
+    counts : ndarray of int64, (height, width)
+        Samples of each pixel of the window to sample.
+    means : ndarray, (height · width, columns)
+        Of the pilot's samples, in the columns of `Layout.row`.
+    shown : ndarray, (height, width)
+        The counts of the crop window.
+    """
+
+    seed: int
+    spp: int
+    counts: Counts
+    means: Floats
+    shown: Floats
+
+
+class Adaptive(Plain):
+    """Renders through a nested integrator, with more samples where there is more noise (``plain``, ``adaptive``).
+
+    .. pluginparameters::
+
+     * - adaptive
+       - |string|
+       - ``absolute``: samples go where they reduce the mean squared error most. ``relative``: where they reduce most
+         that of the error over the brightness around the pixel, so that dark parts have their share. ``off``: all
+         pixels have the same number. (Default: ``off``)
+     * - at_least
+       - |int|
+       - Samples of the pilot, which each pixel has at least: a power of two. Few of them do not tell the noise.
+         (Default: 16)
+     * - at_most
+       - |int|
+       - Samples of a pixel at most, `at_least` times a power of two. (Default: 0, four times those on average)
+     * - target
+       - |float|
+       - Standard error of a pixel, or relative error, below which it gets no more samples. The samples per pixel of the
+         render are then an upper bound of those on average. (Default: 0, all are used)
+     * - pilot_seed
+       - |int|
+       - Seed of the pilot. Images of several seeds that are to be averaged need the same one: then each pixel has the
+         same number of samples in all of them. (Default: the seed of the render)
+     * - aovs
+       - |string|
+       - ``samples`` adds the channel of that name: the samples of each pixel. (Default: none)
+
+    All properties of `Plain`; the sampler is ``owensobol``, the nested one or else a default one.
+
+    Notes
+    -----
+    The samples per pixel of a render are those on average. The numbers of samples are `at_least` times powers of two,
+    see `voroquad.mitsuba.allocation`. The pixels of a checkerboard's one half decide for the other, and scramble their
+    sequences by themselves: so a pixel's number does not depend on its samples, and the image is unbiased. The pilot's
+    samples are the first of each pixel, and count.
+
+    Derivatives are those of the image with the same number of samples in all pixels.
+    """
+
+    def __init__(self, props: mi.Properties) -> None:
+        super().__init__(props)
+        self.sharing = Sharing(
+            read_property(props, "adaptive", "absolute"),
+            read_property(props, "at_least", 16),
+            read_property(props, "at_most", 0),
+            float(props.get("target", 0.0)),
+        )
+        self.pilot_seed = read_property(props, "pilot_seed", 0) if "pilot_seed" in props else None
+        self.aovs = names("aovs", read_property(props, "aovs", ""), ("samples",))
+        if self._sampler is not None and not isinstance(self._sampler, OwenSobol):
+            raise ValueError("adaptive sampling needs the sampler 'owensobol', whose sequences go on; nest it, or none")
+        self._pilot: Pilot | None = None
+
+    def aov_names(self) -> list[str]:
+        """Names of the extra channels: those of the nested integrator, then one's own."""
+        return [*super().aov_names(), *self.aovs]
+
+    def own_channels(self, share: Floats) -> dict[str, Floats]:
+        """The channel ``samples``, if it is asked for: those of a round."""
+        if not self.aovs:
+            return {}
+        assert self._pilot is not None, "explore comes before develop"
+        return {"samples": self._pilot.shown}
+
+    def check_samples(self, sensor: mi.Sensor, spp: int) -> None:
+        """Raise ValueError if the pilot alone takes all samples."""
+        self.sharing.check(spp)
+
+    def granted(self, sensor: mi.Sensor, spp: int = 0) -> int:
+        """The samples per pixel on average."""
+        return spp or int((self._sampler or sensor.sampler()).sample_count())
+
+    def _sampler_of(self, sensor: mi.Sensor, spp: int) -> mi.Sampler:
+        if self._sampler is None:
+            return mi.load_dict({"type": "owensobol", "sample_count": self.granted(sensor, spp)})
+        return super()._sampler_of(sensor, spp)
+
+    # ------------------------------------------------------------------ the image
+
+    def explore(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> None:
+        """Render the pilot, if that at hand is another's, and share the samples out."""
+        seed = seed if self.pilot_seed is None else self.pilot_seed
+        footprint = Footprint(sensor.film())
+        width, height = footprint.window
+        known = self._pilot
+        if known is not None and (known.seed, known.spp, known.counts.shape) == (seed, spp, (height, width)):
+            return
+        self.sharing.check(spp)
+        sums = self._sums(scene, sensor, seed, np.arange(width * height), 0, self.sharing.at_least, spp)
+        means, mean, square = np.split(sums / self.sharing.at_least, [-2 * _COLOURS, -_COLOURS], axis=-1)
+        variance = np.maximum(square - mean**2, 0) * self.sharing.at_least / (self.sharing.at_least - 1)
+        mean, variance = (values.reshape(height, width, _COLOURS) for values in (mean, variance))
+        number = self.sharing.counts(mean, variance, spp)
+        self._pilot = Pilot(seed, spp, number, means, footprint.crop(number.astype(np.float32)))
+
+    def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, number: int) -> Floats:
+        """Means over the rays of each pixel of a band of what they bring, in the columns of `Layout.row`.
+
+        Level after level: the pixels that have 2n samples or more get those from number n on.
+        """
+        pilot = self._pilot
+        assert pilot is not None, "explore comes before bands"
+        footprint = Footprint(sensor.film())
+        width, band = footprint.window[0], footprint.bands(spp)[number]
+        pixels = np.arange(band.start * width, band.stop * width)
+        wanted = pilot.counts.ravel()[pixels]
+        if seed == pilot.seed:
+            sums = pilot.means[pixels] * self.sharing.at_least
+        else:
+            sums = self._sums(scene, sensor, seed, pixels, 0, self.sharing.at_least, spp)[:, : -2 * _COLOURS]
+        level = self.sharing.at_least
+        while (more := wanted > level).any():
+            sums[more] += self._sums(scene, sensor, seed, pixels[more], level, level, spp)[:, : -2 * _COLOURS]
+            level *= 2
+        return sums / wanted[:, None]
+
+    def _sums(
+        self, scene: mi.Scene, sensor: mi.Sensor, seed: int, pixels: Counts, start: int, number: int, spp: int
+    ) -> Floats:
+        """Sums over samples `start` to before `start + number` of pixels, some pixels at a time.
+
+        The columns are those of `Layout.row`, then the colours and their squares.
+        """
+        step = max(1, accumulation.BAND_RAYS // number)
+        parts = (pixels[first : first + step] for first in range(0, len(pixels), step))
+        return np.concatenate([self._means(scene, sensor, seed, part, start, number, spp) for part in parts]) * number
+
+    def _means(
+        self, scene: mi.Scene, sensor: mi.Sensor, seed: int, pixels: Counts, start: int, number: int, spp: int
+    ) -> Floats:
+        """Means over those samples, in one wavefront."""
+        film, footprint = sensor.film(), Footprint(sensor.film())
+        film.prepare(self.aov_names())
+        picked = mi.UInt32(pixels.astype(np.uint32))
+        sampler = self._sampler_of(sensor, self.sharing.most(spp))
+        sampler.pick(picked, start)
+        sampler.set_samples_per_wavefront(number)
+        sampler.seed(dr.opaque(mi.UInt32, seed), len(pixels) * number)
+
+        index = dr.arange(mi.UInt32, len(pixels) * number)
+        pixel = dr.gather(mi.UInt32, picked, quotient(index, number))
+        row = pixel // int(footprint.window[0])
+        corner = mi.Point2i(mi.Int32(pixel - row * footprint.window[0]), mi.Int32(row))
+        corner += mi.ScalarPoint2i(film.crop_offset()) - footprint.border
+        rays = self.rays_of(sensor, sampler, index, corner)
+        values = self.values(scene, film, sampler, rays)
+        colours = values.channels[:_COLOURS]
+        layout = self.layout(film)
+        columns = layout.row(values, footprint.weights(rays.drawn.pixel) if layout.taps else [])
+        means = pixel_means([*columns, *colours, *(c * c for c in colours)], index, number)
+        return means.astype(np.float64)
+
+
+def make_plain(props: mi.Properties) -> Plain:
+    """The plug-in ``plain``: with samples shared out if the property ``adaptive`` says so, else with equally many."""
+    adaptive = one_of("adaptive", read_property(props, "adaptive", "off"), ("off", *KINDS)) != "off"
+    return (Adaptive if adaptive else Plain)(props)
+
+
+mi.register_integrator("plain", make_plain)

@@ -1,0 +1,151 @@
+"""How many samples each pixel of an image gets, by what a pilot of all pixels tells of their noise. No Mitsuba here.
+
+The samples of a pixel must not decide how many it gets: a mean that is stopped where it looks good is biased. So the
+pixels of a checkerboard's one half decide for the other. With V_p the mean of the sample variances of the pixels of
+the other half among the 5 × 5 around p, a pixel of n samples has an error of variance V_p / n. Another n of them
+reduce it by V_p / (2 n), that is V_p / (2 n²) for each. The largest of these quotients comes first.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
+
+from .._support.checks import one_of
+from .blend import Floats, checkerboard
+
+Counts = NDArray[np.int64]
+
+#: What errors are compared by
+KINDS = ("absolute", "relative")
+#: Samples of a pixel at most over those on average, where nothing else is named
+SPREAD = 4
+#: Pixels around a pixel that its noise is told from: so many to each side
+REACH = 2
+#: Part of the mean radiance that counts as 0 where errors are relative
+DARK = 0.1
+
+
+@dataclass(frozen=True)
+class Sharing:
+    """How samples are shared out.
+
+    Parameters
+    ----------
+    adaptive : str
+        "absolute": they go where they reduce the mean squared error most. "relative": where they reduce most that of
+        the error over the brightness around the pixel, so that dark parts have their share.
+    at_least : int
+        Samples of the pilot, which each pixel has at least: a power of two.
+    at_most : int
+        Samples of a pixel at most, `at_least` times a power of two; 0: four times those on average.
+    target : float
+        Standard error of a pixel, or relative error, below which it gets no more samples.
+
+    Raises
+    ------
+    ValueError
+        Numbers that are no powers of two, an unknown name, a target below 0.
+    """
+
+    adaptive: str = "absolute"
+    at_least: int = 16
+    at_most: int = 0
+    target: float = 0.0
+
+    def __post_init__(self) -> None:
+        one_of("adaptive", self.adaptive, KINDS)
+        least = self.at_least
+        if least < 2 or least & (least - 1):
+            raise ValueError(f"at_least must be a power of two, 2 or more, got {least}; take 16")
+        ratio = self.at_most // least
+        if self.at_most and (ratio * least != self.at_most or ratio < 1 or ratio & (ratio - 1)):
+            raise ValueError(
+                f"at_most must be at_least={least} times a power of two, or 0, got {self.at_most}; take {16 * least}"
+            )
+        if not 0 <= self.target < math.inf:
+            raise ValueError(f"target must be a number of at least 0, got {self.target}")
+
+    def check(self, spp: int) -> None:
+        """Raise ValueError if the pilot takes all of so many samples per pixel."""
+        if spp <= self.at_least:
+            raise ValueError(
+                f"adaptive sampling needs more samples per pixel than the {self.at_least} of its pilot, got {spp}; "
+                f"take {SPREAD * self.at_least}, or a smaller at_least"
+            )
+
+    def most(self, spp: int) -> int:
+        """Samples of a pixel at most, of so many on average."""
+        return self.at_most or self.at_least << (SPREAD * spp // self.at_least).bit_length() - 1
+
+    def counts(self, mean: Floats, variance: Floats, spp: int) -> Counts:
+        """Samples of each pixel.
+
+        Parameters
+        ----------
+        mean, variance : ndarray, (height, width, channels)
+            Of the samples of a pilot in each pixel; variances are those of a sample, with n − 1 in the denominator.
+        spp : int
+            Samples per pixel, on average, at most.
+
+        Returns
+        -------
+        ndarray of int64, (height, width)
+            `at_least` times a power of two each. Those of either half of the checkerboard depend on the other half's
+            pilot only, and have the budget on average.
+
+        Examples
+        --------
+        >>> noise = np.zeros((8, 8, 1))
+        >>> noise[:, 4:] = 1
+        >>> Sharing(at_most=64).counts(np.ones((8, 8, 1)), noise, 32)[0].tolist()
+        [16, 16, 16, 32, 32, 32, 64, 64]
+        """
+        height, width = mean.shape[:2]
+        half = checkerboard(height, width, 0)
+        number = np.full(half.shape, self.at_least, np.int64)
+        for own in (0, 1):
+            others, chosen = half != own, half == own
+            noise = _around(variance.mean(-1), others)
+            if self.adaptive == "relative":
+                brightness = mean.mean(-1)
+                known = others & np.isfinite(brightness)
+                dark = DARK * float(brightness[known].mean()) if known.any() else 0.0
+                noise = noise / np.maximum(_around(brightness, others) ** 2, dark**2 or 1.0)
+            number[chosen] = self._shared_out(noise[chosen], spp)
+        return number
+
+    def _shared_out(self, noise: Floats, spp: int) -> Counts:
+        """Samples (pixels,) of pixels with these variances of a sample, within the budget on average."""
+        doublings = (self.most(spp) // self.at_least).bit_length() - 1
+        levels = self.at_least * 2 ** np.arange(doublings)  # samples of a pixel before each doubling
+        gain = noise[:, None] / (2.0 * levels**2)
+        wanted = noise[:, None] > self.target**2 * levels
+        order = np.argsort(-np.where(wanted, gain, -1.0), axis=None, kind="stable")
+        cost = np.broadcast_to(levels, gain.shape).ravel()[order]
+        doubled = np.zeros(gain.size, bool)
+        doubled[order] = np.cumsum(cost) <= (spp - self.at_least) * len(noise)
+        return np.asarray(self.at_least * 2 ** (doubled.reshape(gain.shape) & wanted).sum(1), np.int64)
+
+
+def parse_sharing(adaptive: str | None, at_least: int, at_most: int, target: float) -> Sharing | None:
+    """What the options of the command line say; None without ``--adaptive``, which the others need."""
+    if adaptive is not None:
+        return Sharing(adaptive, at_least, at_most, target)
+    if (at_least, at_most, target) != (Sharing.at_least, Sharing.at_most, Sharing.target):
+        raise ValueError("at-least, at-most and pixel-error need --adaptive; give 'absolute' or 'relative'")
+    return None
+
+
+def _around(values: Floats, others: Floats) -> Floats:
+    """Means (height, width) of the finite values of the other half around each pixel; 0 where there are none."""
+    known = others & np.isfinite(values)
+    size = 2 * REACH + 1
+    weight = uniform_filter(known.astype(np.float64), size, mode="constant")
+    total = uniform_filter(np.where(known, values, 0.0).astype(np.float64), size, mode="constant")
+    some = 0.5 / size**2
+    return np.where(weight > some, np.maximum(total, 0.0) / np.maximum(weight, some), 0.0)

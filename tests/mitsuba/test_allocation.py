@@ -1,0 +1,101 @@
+"""Sharing samples out: the budget, whole powers of two, and no pixel that decides for itself."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from voroquad.mitsuba.allocation import Sharing
+from voroquad.mitsuba.blend import checkerboard
+
+
+def counts(mean, variance, budget, least=16, most=256, relative=False, target=0.0):
+    return Sharing("relative" if relative else "absolute", least, most, target).counts(mean, variance, budget)
+
+
+def pilot(rng, shape=(12, 16)):
+    """Skewed noise of very different strength."""
+    scale = np.exp(2 * rng.standard_normal((*shape, 1)))
+    return scale * rng.random((*shape, 3)), scale * rng.standard_exponential((*shape, 3))
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    st.integers(0, 2**32 - 1), st.integers(1, 9), st.integers(1, 9), st.floats(4, 80), st.sampled_from([4, 16, 64]),
+    st.booleans(), st.sampled_from([0.0, 0.1]),
+)  # fmt: skip
+def test_powers_of_two_within_the_budget(seed, height, width, budget, most, relative, target):
+    mean, variance = pilot(np.random.default_rng(seed), (height, width))
+    n = counts(mean, variance, budget=budget, least=4, most=most, relative=relative, target=target)
+    assert n.shape == (height, width)
+    assert set(np.log2(n / 4).ravel()) <= set(range(int(np.log2(most / 4)) + 1))
+    assert n.mean() <= budget
+
+
+def test_the_budget_is_spent():
+    mean, variance = pilot(np.random.default_rng(1))
+    n = counts(mean, variance, budget=64, least=16, most=256)
+    assert 63 < n.mean() <= 64
+
+
+@pytest.mark.parametrize("relative", [False, True])
+def test_no_half_decides_for_itself(relative):
+    """Whatever a half's samples are, also not finite, its own numbers stay; those of the other change."""
+    rng = np.random.default_rng(2)
+    (mean, variance), (other_mean, other_variance) = pilot(rng), pilot(rng)
+    other_variance[3, 4] = np.nan
+    half = checkerboard(12, 16, 0)
+    before = counts(mean, variance, budget=64, relative=relative)
+    for own in (0, 1):
+        changed = [np.where(half[..., None] == own, b, a) for a, b in ((mean, other_mean), (variance, other_variance))]
+        after = counts(*changed, budget=64, relative=relative)
+        np.testing.assert_array_equal(after[half == own], before[half == own])
+        assert (after != before).any()
+
+
+def test_noise_twice_as_large_gets_twice_the_samples():
+    """Standard deviations in the ratio 1 : 4 : 16 and the samples that minimise Σ V / n."""
+    deviation = np.repeat([1.0, 4.0, 16.0], 20)
+    variance = np.broadcast_to(deviation[None, :, None] ** 2, (6, 60, 1))
+    n = counts(np.ones((6, 60, 1)), variance, budget=112, least=16, most=1024)[3]
+    assert [n[10], n[30], n[50]] == [16, 64, 256]
+
+
+def test_relative_errors_ask_for_brightness():
+    """A part with twice the noise and four times the light has less relative error."""
+    variance = np.ones((8, 40, 1))
+    variance[:, 20:] = 4
+    mean = np.where(np.arange(40) < 20, 1.0, 4.0)[None, :, None] * np.ones((8, 1, 1))
+    absolute, relative = (counts(mean, variance, budget=32, relative=r)[4] for r in (False, True))
+    assert absolute[35] > absolute[5]
+    assert relative[35] < relative[5]
+
+
+def test_a_target_ends_it():
+    variance = np.ones((8, 40, 1))
+    variance[:, 20:] = 0.01
+    n = counts(np.ones((8, 40, 1)), variance, budget=256, target=0.1)[4]
+    assert n[5] == 128  # the first power of two of which 1/√n is below .1
+    assert n[35] == 16
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize("own", [False, True])
+def test_the_mean_is_unbiased_unless_pixels_decide_for_themselves(own):
+    """Rare bright samples: where there was none, the pixel seems to be without noise. The control is biased."""
+    rng = np.random.default_rng(5)
+    excess = []
+    for _ in range(300):
+        samples = (rng.random((16, 16, 64)) < 0.1).astype(float)
+        variance = samples[..., :4].var(-1, ddof=1)
+        if own:
+            n = np.where(variance > np.quantile(variance, 0.6), 64, 4)
+        else:
+            n = counts(samples[..., :4].mean(-1)[..., None], variance[..., None], budget=24, least=4, most=64)
+        kept = np.arange(64) < n[..., None]
+        excess.append(((samples * kept).sum(-1) / n).mean() - 0.1)
+    z = np.mean(excess) / (np.std(excess, ddof=1) / np.sqrt(len(excess)))
+    assert (abs(z) > 8) == own
+    assert own or abs(z) < 4.5
