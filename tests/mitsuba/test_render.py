@@ -394,6 +394,14 @@ def test_bad_input_is_one_line_and_leaves_nothing(tmp_path, monkeypatch, capsys,
     gc.collect()
 
 
+def test_a_film_that_memory_cannot_hold_is_refused_before_work(voroquad, tmp_path, monkeypatch):
+    monkeypatch.setattr("voroquad.mitsuba.loading.physical_memory", lambda: 2.0**20)
+    run = voroquad("render", "sky", "--size", "100x80", "-o", tmp_path / "o.exr")
+    assert run.returncode == 2
+    assert "the film has 100 x 80 pixels, whose sums take 0.0 GiB, and this machine has 0.0 GiB" in run.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize("suffix", ["exr", "png"])
 def test_a_full_disk_is_told_with_the_images_name(tmp_path, suffix):
     soft, hard = resource.getrlimit(resource.RLIMIT_FSIZE)

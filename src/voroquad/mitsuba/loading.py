@@ -12,13 +12,16 @@ import drjit as dr
 import mitsuba as mi
 
 from .._support.checks import one_of, positive_int
+from .._support.memory import physical_memory
 from .dependencies import check_nesting
 from .errors import one_line_errors
 
 SCENES = Path(__file__).parent / "scenes"
 VARIANT, SPECTRAL_VARIANT = "llvm_ad_rgb", "llvm_ad_spectral"
-#: Of an image: its sums take some hundred bytes a pixel
+#: Of an image
 MOST_PIXELS = 2**27
+#: That the sums of a pixel take
+BYTES_PER_PIXEL = 150
 
 
 def built_in_scenes() -> list[str]:
@@ -146,6 +149,12 @@ def check_film(film: mi.Film) -> None:
         raise ValueError(
             f"the film has {width} x {height} pixels; give the scene's film a width and a height of 1 or more, "
             f"and {MOST_PIXELS} pixels at most"
+        )
+    needed, there = width * height * BYTES_PER_PIXEL, physical_memory()
+    if needed > there:
+        raise ValueError(
+            f"the film has {width} x {height} pixels, whose sums take {needed / 2**30:.1f} GiB, and this machine has "
+            f"{there / 2**30:.1f} GiB; take fewer pixels"
         )
 
 
