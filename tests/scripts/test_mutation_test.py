@@ -55,13 +55,22 @@ def test_a_list_that_does_not_fit_is_refused(tmp_path, entry, test, message):
     assert message in done.stderr
 
 
+#: Of equal_error.py: one that its tests notice, one in a docstring, one that is known to be harmless
+WRONG = ("wrong", "(level - float(y[end])) / slope", "(level - float(y[end])) * slope")
+UNSEEN = ("unseen", "Samples with which a method", "Samples by which a method")
+KNOWN = ("known", "A number of samples, and", "A number, and")
+HARMLESS = 'harmless = "it is a comment"\n'
+
+
+def test_the_list_of_the_slow_test_fits_the_code(tmp_path):
+    done = mutation_test("--check", "--lists", write_list(tmp_path, WRONG, UNSEEN, KNOWN, more=HARMLESS))
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.slow
 def test_what_the_tests_notice_is_killed_and_the_rest_survives(tmp_path):
     before = (ROOT / "src/voroquad/results/equal_error.py").read_text(encoding="utf-8")
-    wrong = ("wrong", "(level - y[end]) / slope", "(level - y[end]) * slope")
-    unseen = ("unseen", "Samples with which a method", "Samples by which a method")
-    known = ("known", "A number of samples, and", "A number, and")
-    lists = write_list(tmp_path, wrong, unseen, known, more='harmless = "it is a comment"\n')
+    lists = write_list(tmp_path, WRONG, UNSEEN, KNOWN, more=HARMLESS)
     done = mutation_test("--lists", lists)
     assert done.returncode == 1, done.stderr
     assert "killed    list: wrong" in done.stdout
