@@ -20,16 +20,16 @@ from scipy.special import erf
 import voroquad as vq
 from voroquad.rules.method import highest_order
 from voroquad.study.functions import INTEGRANDS, half_plane_moment
-from voroquad.study.integrand import Array, Integrand
+from voroquad.study.integrand import Array, KnownIntegrand
 
 RESULTS = Path(__file__).parent / "results" / "cubic_stratification.csv"
 EVALUATIONS = 1024
 RATE, CENTRE = 10.0, np.array([0.4, 0.6])  # of the Gaussian: a standard deviation of 0.07, little over two strata
 
 
-def narrow_gaussian() -> Integrand:
+def narrow_gaussian() -> KnownIntegrand:
     sides = erf(RATE * (1 - CENTRE)) + erf(RATE * CENTRE)
-    return Integrand(
+    return KnownIntegrand(
         "gaussian",
         "Narrow Gaussian",
         "exp(−100 |x − c|²)",
@@ -39,8 +39,8 @@ def narrow_gaussian() -> Integrand:
     )
 
 
-def half_plane() -> Integrand:
-    return Integrand(
+def half_plane() -> KnownIntegrand:
+    return KnownIntegrand(
         "half-plane",
         "Half-plane",
         "1 where x + 0.6 y > 0.7, else 0",

@@ -11,8 +11,8 @@ from scipy.spatial import cKDTree
 from scipy.stats import qmc
 
 import voroquad as vq
-from voroquad.study.integrand import Integrand
-from voroquad.study.peers import Estimates, Rule
+from voroquad.study.integrand import KnownIntegrand
+from voroquad.study.peers import Estimates, Integrator
 
 Floats = NDArray[np.float64]
 
@@ -41,7 +41,7 @@ def _probes(d: int) -> Floats:
     return qmc.Sobol(d, rng=np.random.default_rng(d)).random(2**16)
 
 
-def by_control_neighbours(functions: Sequence[Integrand], n: int, rng: np.random.Generator) -> Estimates:
+def by_control_neighbours(functions: Sequence[KnownIntegrand], n: int, rng: np.random.Generator) -> Estimates:
     """The rule on n independent points."""
     points = rng.random((n, functions[0].d))
     weights = control_neighbours(points)
@@ -51,7 +51,9 @@ def by_control_neighbours(functions: Sequence[Integrand], n: int, rng: np.random
 # ---------------------------------------------------------------------- cubic stratification
 
 
-def cubic_stratification(order: int, functions: Sequence[Integrand], n: int, rng: np.random.Generator) -> Estimates:
+def cubic_stratification(
+    order: int, functions: Sequence[KnownIntegrand], n: int, rng: np.random.Generator
+) -> Estimates:
     """k^d cubes with a uniform point in each; its mirror image in the centre; a Taylor polynomial as control variate.
 
     N. Chopin and M. Gerber, "Higher-order Monte Carlo through cubic stratification", SIAM J. Numer. Anal. (2024;
@@ -116,17 +118,17 @@ def differences(k: int, derivative: int, accuracy: int) -> Floats:
     return matrix
 
 
-def cubic_rule(order: int) -> Rule:
+def cubic_rule(order: int) -> Integrator:
     """Cubic stratification of one order."""
 
     def exists(d: int, n: int) -> bool:
         return cubes_per_axis(order, d, n) >= (order if order > 2 else 1)  # the widest difference has that many nodes
 
-    return Rule(f"cubic-{order}", partial(cubic_stratification, order), exists)
+    return Integrator(f"cubic-{order}", partial(cubic_stratification, order), exists)
 
 
 CUBIC_ORDERS = (1, 2, 4, 6, 8, 10)
 COMPARATORS = (
-    Rule("control-neighbours", by_control_neighbours),
+    Integrator("control-neighbours", by_control_neighbours),
     *(cubic_rule(order) for order in CUBIC_ORDERS),
 )

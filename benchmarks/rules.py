@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from voroquad.designs.sampling import sample
-from voroquad.study.convergence import Measurement, Method, measure
+from voroquad.study.convergence import Measurement, Scheme, measure
 from voroquad.study.functions import INTEGRANDS
 
 RESULT = Path(__file__).parent / "results" / "rules.csv"
@@ -25,32 +25,32 @@ INTEGRANDS_OF = {1: ("smooth", "jump"), 2: ("smooth-2d", "jump-2d")}
 
 METHODS = {
     1: (
-        Method("equal weights", "uniform"),
-        Method("Voronoi cells", "uniform", "none"),
-        Method("Voronoi cells / G", "uniform", "bias-function"),
-        Method("exchange", "uniform", "exchange"),
-        Method("equal weights", "stratified"),
-        Method("Voronoi cells", "stratified", "none"),
-        Method("exchange", "stratified", "exchange"),
-        Method("leave-one-out, order 2", "stratified", "leave-one-out", 2),
-        Method("leave-one-out, order 6", "stratified", "leave-one-out", 6),
-        Method("equal weights", "sobol"),
-        Method("Voronoi cells", "sobol", "none"),
+        Scheme("equal weights", "uniform"),
+        Scheme("Voronoi cells", "uniform", "none"),
+        Scheme("Voronoi cells / G", "uniform", "bias-function"),
+        Scheme("exchange", "uniform", "exchange"),
+        Scheme("equal weights", "stratified"),
+        Scheme("Voronoi cells", "stratified", "none"),
+        Scheme("exchange", "stratified", "exchange"),
+        Scheme("leave-one-out, order 2", "stratified", "leave-one-out", 2),
+        Scheme("leave-one-out, order 6", "stratified", "leave-one-out", 6),
+        Scheme("equal weights", "sobol"),
+        Scheme("Voronoi cells", "sobol", "none"),
     ),
     2: (
-        Method("equal weights", "uniform"),
-        Method("Voronoi cells", "uniform", "none"),
-        Method("Voronoi cells / G", "uniform", "bias-function"),
-        Method("leave-one-out, order 0", "uniform", "leave-one-out"),
-        Method("equal weights", "stratified"),
-        Method("Voronoi cells", "stratified", "none"),
-        Method("leave-one-out, order 0", "stratified", "leave-one-out"),
-        Method("leave-one-out, order 1", "stratified", "leave-one-out", 1),
-        Method("leave-one-out, order 3", "stratified", "leave-one-out", 3),
-        Method("equal weights", "multi-jittered"),
-        Method("leave-one-out, order 3", "multi-jittered", "leave-one-out", 3),
-        Method("equal weights", "sobol"),
-        Method("Voronoi cells", "sobol", "none"),
+        Scheme("equal weights", "uniform"),
+        Scheme("Voronoi cells", "uniform", "none"),
+        Scheme("Voronoi cells / G", "uniform", "bias-function"),
+        Scheme("leave-one-out, order 0", "uniform", "leave-one-out"),
+        Scheme("equal weights", "stratified"),
+        Scheme("Voronoi cells", "stratified", "none"),
+        Scheme("leave-one-out, order 0", "stratified", "leave-one-out"),
+        Scheme("leave-one-out, order 1", "stratified", "leave-one-out", 1),
+        Scheme("leave-one-out, order 3", "stratified", "leave-one-out", 3),
+        Scheme("equal weights", "multi-jittered"),
+        Scheme("leave-one-out, order 3", "multi-jittered", "leave-one-out", 3),
+        Scheme("equal weights", "sobol"),
+        Scheme("Voronoi cells", "sobol", "none"),
     ),
 }
 
@@ -70,7 +70,7 @@ def main() -> None:
         writer.writerows(rows)
 
 
-def absolute_sum(method: Method, n: int, d: int) -> float:
+def absolute_sum(method: Scheme, n: int, d: int) -> float:
     """Mean of Σ|w| over 100 sets."""
     return float(np.abs(method.weights(sample(method.design, n, d, sets=100, rng=2))).sum(axis=-1).mean())
 

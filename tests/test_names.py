@@ -1,4 +1,4 @@
-"""One name for each type of array."""
+"""One name, one thing: classes, and types of arrays."""
 
 from __future__ import annotations
 
@@ -19,6 +19,16 @@ def modules() -> dict[str, ast.Module]:
     }
 
 
+def doubles(parsed: dict[str, ast.Module]) -> dict[str, list[str]]:
+    """The files of each class name that stands in several."""
+    homes = defaultdict(list)
+    for path, module in parsed.items():
+        for node in module.body:
+            if isinstance(node, ast.ClassDef) and not node.name.startswith("_"):
+                homes[node.name].append(path)
+    return {name: paths for name, paths in homes.items() if len(paths) > 1}
+
+
 def aliases(parsed: dict[str, ast.Module]) -> dict[str, list[str]]:
     """The files that name NDArray[...] for each text of that."""
     homes = defaultdict(list)
@@ -31,12 +41,17 @@ def aliases(parsed: dict[str, ast.Module]) -> dict[str, list[str]]:
     return homes
 
 
+def test_no_two_classes_have_one_name():
+    assert doubles(modules()) == {}
+
+
 def test_types_of_arrays_have_one_home():
     shared = {text: paths for text, paths in aliases(modules()).items() if len(paths) > 1}
     assert shared == {}
 
 
-def test_a_second_home_is_found():
-    text = {"a.py": "X = NDArray[np.float64]", "b/c.py": "Y = NDArray[np.float64]"}
+def test_doubles_are_found():
+    text = {"a.py": "class A: pass\nX = NDArray[np.float64]", "b/c.py": "class A: pass\nY = NDArray[np.float64]"}
     parsed = {path: ast.parse(source) for path, source in text.items()}
+    assert doubles(parsed) == {"A": ["a.py", "b/c.py"]}
     assert aliases(parsed) == {"NDArray[np.float64]": ["a.py", "b/c.py"]}

@@ -8,25 +8,25 @@ import pytest
 from voroquad.results.manifest import Results
 from voroquad.study import coverage_suite
 from voroquad.study.coverage_integrands import cases
-from voroquad.study.coverage_suite import Cell, Settings, kind_rows, measure, run_coverage
+from voroquad.study.coverage_suite import CoverageCell, CoverageSettings, kind_rows, measure, run_coverage
 
 
 def test_a_cell_tells_shares_and_widths():
     held, warned = np.array([1.0, 1, 0, 0]), np.array([0.0, 1, 1, 0])
-    row = Cell(cases(1)[0], 1, 64, held, np.array([1.0, 2, 3, 9]), np.array([2.0, -2, 2, -2]), warned).row()
+    row = CoverageCell(cases(1)[0], 1, 64, held, np.array([1.0, 2, 3, 9]), np.array([2.0, -2, 2, -2]), warned).row()
     assert row["coverage"] == 0.5
     assert row["width_over_rms"] == 1.25  # the median half-width, 2.5, over 2
     assert row["warned_of_missed"] == 0.5
     assert row["warned_of_held"] == 0.5
     assert row["calibrated"] == "yes"
-    always = Cell(cases(1)[0], 1, 64, np.ones(4), np.ones(4), np.zeros(4), warned).row()
+    always = CoverageCell(cases(1)[0], 1, 64, np.ones(4), np.ones(4), np.zeros(4), warned).row()
     assert always["warned_of_missed"] == ""
     assert np.isfinite(always["width_over_rms"])
 
 
 def test_replicates_are_those_of_quad_and_do_not_depend_on_their_number():
     work = [(1, 64, number) for number in (0, len(cases(1)) - 1)]
-    few, many = (list(measure(work, Settings(replicates, 3))) for replicates in (20, 45))
+    few, many = (list(measure(work, CoverageSettings(replicates, 3))) for replicates in (20, 45))
     for a, b in zip(few, many, strict=True):
         components = a.case.integral.size
         assert len(a.held) == 20 * components

@@ -8,8 +8,8 @@ from voroquad import cli
 from voroquad.results.manifest import Results
 from voroquad.study import genz_suite
 from voroquad.study.genz import FAMILIES
-from voroquad.study.genz_suite import UNFINISHED, Cell, Settings, ratio_rows, run_genz, sizes_up_to
-from voroquad.study.peers import PEERS, Rule
+from voroquad.study.genz_suite import UNFINISHED, ErrorCell, GenzSettings, ratio_rows, run_genz, sizes_up_to
+from voroquad.study.peers import PEERS, Integrator
 
 QUICK = {"dimensions": [1, 2], "max_n": 128, "peers": ["qmc_quad"], "replicates": 2, "instances": 2}
 
@@ -94,10 +94,10 @@ def test_a_damaged_unfinished_run_is_told(tmp_path):
 
 
 def test_ratios_are_geometric_means_with_their_spread():
-    settings = Settings(replicates=2, instances=2, seed=0)
+    settings = GenzSettings(replicates=2, instances=2, seed=0)
     members = 2 * len(FAMILIES)
-    ours = Cell("vq.quad", 1, 128, 121, [1e-4] * members, [0.0] * members)
-    peer = Cell("other", 1, 128, 128, [4e-4, 16e-4] * len(FAMILIES), [0.0] * members)
+    ours = ErrorCell("vq.quad", 1, 128, 121, [1e-4] * members, [0.0] * members)
+    peer = ErrorCell("other", 1, 128, 128, [4e-4, 16e-4] * len(FAMILIES), [0.0] * members)
     rows = ratio_rows([ours, peer], settings)
     # Mean log = log 8; log 4 and log 16 are each log 2 away: standard error log 2 √2 / √2
     assert {(r["mse_ratio"], r["log_error"]) for r in rows if r["family"] != "all"} == {("8", "0.69")}
@@ -107,18 +107,18 @@ def test_ratios_are_geometric_means_with_their_spread():
 
 
 def test_below_rounding_all_rules_are_equal():
-    settings = Settings(replicates=2, instances=2, seed=0)
+    settings = GenzSettings(replicates=2, instances=2, seed=0)
     members = 2 * len(FAMILIES)
     exact, nearly = ([value] * members for value in (0.0, 1e-40))
     rows = ratio_rows(
-        [Cell(name, 2, 128, 128, mse, mse) for name, mse in (("vq.quad", exact), ("other", nearly))], settings
+        [ErrorCell(name, 2, 128, 128, mse, mse) for name, mse in (("vq.quad", exact), ("other", nearly))], settings
     )
     assert {r["mse_ratio"] for r in rows} == {"1"}
 
 
 def test_the_mean_square_is_that_of_the_errors():
-    settings = Settings(replicates=400, instances=2, seed=1)
-    plain = Rule("plain", lambda fs, n, rng: (np.array([f(rng.random((f.d, n))).mean() for f in fs]), n))
+    settings = GenzSettings(replicates=400, instances=2, seed=1)
+    plain = Integrator("plain", lambda fs, n, rng: (np.array([f(rng.random((f.d, n))).mean() for f in fs]), n))
     (cell,) = genz_suite.measure([(plain, 2, 128)], settings)
     functions = list(genz_suite.instances(2, 2, rng=[1, 2]))
     x = np.random.default_rng(0).random((2, 200_000))

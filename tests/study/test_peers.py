@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 from voroquad.study.genz import instances
-from voroquad.study.integrand import Integrand
+from voroquad.study.integrand import KnownIntegrand
 from voroquad.study.peers import OURS, PEERS
 
-PLANE = Integrand("plane", "Plane", "x_1 + 2 x_d", 0, lambda x: x[..., 0] + 2 * x[..., -1], 1.5)
+PLANE = KnownIntegrand("plane", "Plane", "x_1 + 2 x_d", 0, lambda x: x[..., 0] + 2 * x[..., -1], 1.5)
 
 
 @pytest.mark.parametrize("rule", [OURS, *PEERS], ids=lambda rule: rule.name)
@@ -24,7 +24,7 @@ def test_integrates_within_its_evaluations(rule, d):
         calls += x[..., 0].size
         return PLANE.values(x)
 
-    plane = Integrand("plane", "Plane", PLANE.formula, d, values, 1.5)
+    plane = KnownIntegrand("plane", "Plane", PLANE.formula, d, values, 1.5)
     for n in (128, 512):
         if not rule.exists(d, n):
             continue

@@ -18,7 +18,7 @@ from bokeh.models import (
 )
 
 from ..designs.design import DESIGNS
-from ..study.convergence import Method
+from ..study.convergence import Scheme
 from .integrands import FIRST, PRESETS, TYPED
 from .rules import SAMPLERS, WEIGHTS, method, offered
 
@@ -115,7 +115,7 @@ class RuleControls:
         self.order.disabled = len(orders) == 1
 
     @property
-    def method(self) -> Method:
+    def method(self) -> Scheme:
         """The choice."""
         return method(self.design.value, self.weights.value, int(self.order.value))
 

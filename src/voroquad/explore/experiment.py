@@ -10,8 +10,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..designs.sampling import sample
-from ..study.convergence import Measurement, Method, measurement, powers_of_two
-from ..study.integrand import Integrand
+from ..study.convergence import Measurement, Scheme, measurement, powers_of_two
+from ..study.integrand import KnownIntegrand
 from ..study.moments import Moments
 
 #: Evaluations of a batch. It takes milliseconds for most rules, a third of a second for order 8.
@@ -31,7 +31,7 @@ class Replicates:
     Batch k is drawn with the seed [seed, n, k]: the number of batches determines all numbers.
     """
 
-    def __init__(self, method: Method, integrand: Integrand, n: int, seed: int):
+    def __init__(self, method: Scheme, integrand: KnownIntegrand, n: int, seed: int):
         self.method = method
         self.integrand = integrand
         self.n = n
@@ -68,8 +68,8 @@ class Experiment:
 
     Parameters
     ----------
-    methods : sequence of Method
-    integrand : Integrand
+    methods : sequence of Scheme
+    integrand : KnownIntegrand
     n : int
         Samples of a set behind the histograms.
     seed : int
@@ -80,7 +80,7 @@ class Experiment:
         While it is held the numbers do not change, whichever thread runs the experiment.
     """
 
-    def __init__(self, methods: Sequence[Method], integrand: Integrand, n: int, seed: int):
+    def __init__(self, methods: Sequence[Scheme], integrand: KnownIntegrand, n: int, seed: int):
         self.still = threading.Lock()
         self.histograms = [Replicates(m, integrand, n, seed) for m in methods]
         sizes = powers_of_two(LARGEST_N)

@@ -12,9 +12,9 @@ from .._support.arrays import Array
 from ..designs.sampling import sample
 from ..integrals.expression import compile_expression
 from ..study.functions import INTEGRANDS_1D, INTEGRANDS_2D
-from ..study.integrand import Integrand
+from ..study.integrand import KnownIntegrand
 
-PRESETS: dict[int, tuple[Integrand, ...]] = {1: INTEGRANDS_1D, 2: INTEGRANDS_2D}
+PRESETS: dict[int, tuple[KnownIntegrand, ...]] = {1: INTEGRANDS_1D, 2: INTEGRANDS_2D}
 #: The first integrand shown in each dimension.
 FIRST = {1: "talk", 2: "smooth-2d"}
 #: Name of every integrand that is a typed formula.
@@ -33,13 +33,13 @@ class Problem:
 
     Parameters
     ----------
-    integrand : Integrand
+    integrand : KnownIntegrand
         The function over [0, 1]^d.
     uncertainty : float
         Estimated error of ``integrand.integral``; 0 where it is a closed form.
     """
 
-    integrand: Integrand
+    integrand: KnownIntegrand
     uncertainty: float = 0.0
 
     @property
@@ -82,7 +82,7 @@ def typed(text: str, d: int) -> Problem:
             f"expression: its integral over the unit box may not exist ({integral:.3g} ± {uncertainty:.1g}); "
             "try a formula without such a pole"
         )
-    return Problem(Integrand(TYPED, "Your formula", text.strip(), d, values, integral), uncertainty)
+    return Problem(KnownIntegrand(TYPED, "Your formula", text.strip(), d, values, integral), uncertainty)
 
 
 def _mean_size(values: Callable[[Array], Array], d: int) -> float:

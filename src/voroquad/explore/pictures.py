@@ -24,7 +24,7 @@ from scipy.spatial import KDTree
 from .._support.arrays import Array
 from ..geometry.cells import cells
 from ..rules.bias import BIAS_DESIGNS, bias_function
-from ..study.integrand import Integrand
+from ..study.integrand import KnownIntegrand
 from .edits import EditedSet
 from .style import MUTED, diverging_mapper, new_plot
 
@@ -69,7 +69,7 @@ class CellsInterval:
         )
         self.figure.xaxis.axis_label = "x: drag a sample left or right"
 
-    def show_integrand(self, integrand: Integrand) -> None:
+    def show_integrand(self, integrand: KnownIntegrand) -> None:
         """Draw the curve."""
         f = _finite(integrand.values(_CURVE[:, None]))
         self._curve.data = {"x": _CURVE, "f": f}
@@ -148,7 +148,7 @@ class IntegrandSquare:
             "below",
         )
 
-    def show_integrand(self, integrand: Integrand) -> None:
+    def show_integrand(self, integrand: KnownIntegrand) -> None:
         """Draw the image."""
         f = _finite(integrand.values(_pixel_centres()))
         self._image.data = {"image": [f]}

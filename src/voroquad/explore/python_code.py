@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from ..integrals.expression import CONSTANTS, FUNCTIONS
-from ..study.convergence import Method
+from ..study.convergence import Scheme
 from .edits import ADDED, EditedSet
 from .experiment import Replicates
 from .integrands import Problem
@@ -17,7 +17,7 @@ from .rules import needs_design
 
 
 def python_code(
-    problem: Problem, method: Method, edited: EditedSet, seed: int, histograms: Sequence[Replicates] = ()
+    problem: Problem, method: Scheme, edited: EditedSet, seed: int, histograms: Sequence[Replicates] = ()
 ) -> str:
     """A program that prints the estimate of the points on the screen, and the statistics of the histograms.
 
@@ -25,7 +25,7 @@ def python_code(
     ----------
     problem : Problem
         What is integrated.
-    method : Method
+    method : Scheme
         How the points are weighted.
     edited : EditedSet
         The points, drawn with `seed` and then edited.
@@ -142,7 +142,7 @@ def _parse(source: str) -> ast.expr:
 # ---------------------------------------------------------------------- the points and their weights
 
 
-def _points(edited: EditedSet, seed: int, method: Method) -> str:
+def _points(edited: EditedSet, seed: int, method: Scheme) -> str:
     drawn = edited.drawn
     lines = [f'points = vq.sample("{drawn.design}", n={drawn.n}, d={drawn.d}, rng={seed}).points']
     kept = edited.origin[edited.origin != ADDED]
@@ -162,7 +162,7 @@ def _literal(points: NDArray[np.float64]) -> str:
     return repr(points.tolist())
 
 
-def _weights(method: Method, edited: EditedSet) -> str:
+def _weights(method: Scheme, edited: EditedSet) -> str:
     if method.debias is None:
         return "np.full(len(points), 1 / len(points))"
     design = f', design="{method.design}"' if needs_design(method) else ""

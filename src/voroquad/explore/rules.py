@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from ..designs.design import DESIGNS
 from ..designs.sampling import SetKind
 from ..rules.registry import RULES
-from ..study.convergence import Method
+from ..study.convergence import Scheme
 from .edits import EditedSet
 
 #: Choice of weights that no rule makes: 1/N each.
@@ -51,18 +51,18 @@ def offered(design: str, d: int) -> dict[str, list[int]]:
     return {EQUAL: [0]} | {weights: found for weights, found in orders.items() if found}
 
 
-def method(design: str, weights: str, order: int) -> Method:
+def method(design: str, weights: str, order: int) -> Scheme:
     """A choice as a method of the study."""
     name = f"{SAMPLERS[design]}, {WEIGHTS[weights]}" + (f", order {order}" if order else "")
-    return Method(name, design, None if weights == EQUAL else weights, order)
+    return Scheme(name, design, None if weights == EQUAL else weights, order)
 
 
-def needs_design(chosen: Method) -> bool:
+def needs_design(chosen: Scheme) -> bool:
     """Whether the weights are made for points of one design only."""
     return any(rules.designs is not None for rules in RULES if rules.debias == chosen.debias)
 
 
-def weigh(chosen: Method, edited: EditedSet) -> NDArray[np.float64]:
+def weigh(chosen: Scheme, edited: EditedSet) -> NDArray[np.float64]:
     """Weights (n,) of the points as they are now.
 
     Raises

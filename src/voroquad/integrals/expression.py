@@ -30,7 +30,7 @@ LARGEST_POWER = 1000
 
 
 @dataclass(frozen=True)
-class Function:
+class NamedFunction:
     """A function of formulas: elementwise values, and how NumPy or SciPy call it."""
 
     values: Callable[..., Any]
@@ -62,15 +62,15 @@ _ALIASES = {
     "atan2": "arctan2",
 }  # fmt: skip
 
-FUNCTIONS: dict[str, Function] = {
-    **{name: Function(getattr(np, name), f"np.{name}") for name in _NUMPY.split()},
-    **{name: Function(getattr(special, name), f"special.{name}") for name in _SCIPY.split()},
-    "lgamma": Function(special.gammaln, "special.gammaln"),
-    "arctan2": Function(np.arctan2, "np.arctan2", 2),
-    "hypot": Function(np.hypot, "np.hypot", 2),
-    "where": Function(_where, "np.where", 3),
-    "min": Function(np.minimum, "np.minimum", 2, more=True),
-    "max": Function(np.maximum, "np.maximum", 2, more=True),
+FUNCTIONS: dict[str, NamedFunction] = {
+    **{name: NamedFunction(getattr(np, name), f"np.{name}") for name in _NUMPY.split()},
+    **{name: NamedFunction(getattr(special, name), f"special.{name}") for name in _SCIPY.split()},
+    "lgamma": NamedFunction(special.gammaln, "special.gammaln"),
+    "arctan2": NamedFunction(np.arctan2, "np.arctan2", 2),
+    "hypot": NamedFunction(np.hypot, "np.hypot", 2),
+    "where": NamedFunction(_where, "np.where", 3),
+    "min": NamedFunction(np.minimum, "np.minimum", 2, more=True),
+    "max": NamedFunction(np.maximum, "np.maximum", 2, more=True),
 }
 FUNCTIONS |= {alias: FUNCTIONS[name] for alias, name in _ALIASES.items()}
 CONSTANTS = {"pi": math.pi, "e": math.e, "tau": math.tau}

@@ -24,8 +24,8 @@ from .comparison_files import write_comparison
 from .default_domain import AUTO, settle_domain, tell
 from .developing import colour_count
 from .loading import default_variant, scene_path, use_variant
-from .measurements import Measurement, Reference, errors_of
-from .methods import SOBOL, UNIFORM, Method, Stage, methods_for
+from .measurements import MeasuredImages, Reference, errors_of
+from .methods import SOBOL, UNIFORM, RenderMethod, Stage, methods_for
 from .render import Image, check_seed
 
 REFERENCE_FACTOR = 16  # samples of the reference over the most samples of a method
@@ -136,7 +136,7 @@ def compare(
 
 def _measured(
     studio: Studio, rounds: Sequence[_Image], images: Sequence[_Image], seeds: int, show_progress: bool
-) -> tuple[Reference, list[Measurement]]:
+) -> tuple[Reference, list[MeasuredImages]]:
     """Render the rounds of the reference and the images, of each method and spp so many seeds; their errors."""
     total = sum(studio.units(image) for image in (*rounds, *images))
     with progress_bar(total, show=show_progress) as advance:
@@ -155,7 +155,7 @@ def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
     return {"output": os.fspath(out), "command": results.command, "errors": rows}
 
 
-def _chosen(known: list[Method], names: Sequence[str] | None) -> list[Method]:
+def _chosen(known: list[RenderMethod], names: Sequence[str] | None) -> list[RenderMethod]:
     """The methods of those names, and the uniform sets that all are compared with."""
     if names is None:
         return known
@@ -168,7 +168,7 @@ def _chosen(known: list[Method], names: Sequence[str] | None) -> list[Method]:
 class _Image:
     """What is rendered once, and the seeds of its samples."""
 
-    method: Method
+    method: RenderMethod
     spp: int
     seed: int
     number: int
@@ -218,7 +218,7 @@ class Studio:
             colours = shown[..., : colour_count(film)]
             yield np.concatenate([colours, shown[..., -1:]], -1) if image.method.blends else colours, seconds
 
-    def _camera(self, method: Method) -> Camera:
+    def _camera(self, method: RenderMethod) -> Camera:
         if method.name not in self._cameras:
             shot = replace(self._shot, kind=method.kind, properties=self._stage.properties(method))
             self._cameras[method.name] = Camera(shot, self._pool)
@@ -244,7 +244,7 @@ def make_reference(rounds: Sequence[_Image], developed: Iterator[tuple[Image, fl
     return Reference((a + b) / 2, len(rounds) * rounds[0].spp, len(rounds), mse)
 
 
-def measure(images: Sequence[_Image], reference: Reference, developed: Iterator[tuple[Image, float]]) -> Measurement:
+def measure(images: Sequence[_Image], reference: Reference, developed: Iterator[tuple[Image, float]]) -> MeasuredImages:
     """The mean errors of images of one method, which come next, against the reference."""
     method = images[0].method
     shown: list[tuple[Image, Image | None]] = []
@@ -256,7 +256,7 @@ def measure(images: Sequence[_Image], reference: Reference, developed: Iterator[
     mse = [error["mse"] for error in errors]
     spread = float(np.std(mse, ddof=1) / np.sqrt(len(images))) if len(images) > 1 else float("nan")
     means = {name: float(np.mean([error[name] for error in errors])) for name in errors[0]}
-    return Measurement(method, images[0].spp, shown[0][0], mse_error=spread, share=shown[0][1], **means)
+    return MeasuredImages(method, images[0].spp, shown[0][0], mse_error=spread, share=shown[0][1], **means)
 
 
 def _seed(*key: int) -> int:

@@ -10,13 +10,13 @@ import numpy as np
 from ..results.equal_error import equal_error_ratio
 from ..results.manifest import Figure, ImageComparison, ImageGrid, Plot, Rendering, Section
 from ..results.power_law import fit_power_law
-from .figures import Curve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
-from .measurements import Measurement, Reference
-from .methods import UNIFORM, Method
+from .figures import ErrorCurve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
+from .measurements import MeasuredImages, Reference
+from .methods import UNIFORM, RenderMethod
 from .render import write_image
 
 
-def write_comparison(folder: Path, reference: Reference, measured: list[Measurement], jitter: bool) -> list[Section]:
+def write_comparison(folder: Path, reference: Reference, measured: list[MeasuredImages], jitter: bool) -> list[Section]:
     """Write images, numbers and plot of a comparison into a folder; say what they are."""
     for name in ("images", "differences", "closeups", "lambda"):
         (folder / name).mkdir()
@@ -68,7 +68,7 @@ def write_comparison(folder: Path, reference: Reference, measured: list[Measurem
     ]
 
 
-def _shares(folder: Path, blended: list[Measurement], spp: list[int]) -> ImageGrid:
+def _shares(folder: Path, blended: list[MeasuredImages], spp: list[int]) -> ImageGrid:
     """Write the maps of λ."""
     for m in blended:
         assert m.share is not None
@@ -83,15 +83,15 @@ def _shares(folder: Path, blended: list[Measurement], spp: list[int]) -> ImageGr
     )
 
 
-def _stem(m: Measurement) -> str:
+def _stem(m: MeasuredImages) -> str:
     return f"{m.method.name}-{m.spp}"
 
 
-def _curve(measured: list[Measurement], method: Method) -> Curve:
+def _curve(measured: list[MeasuredImages], method: RenderMethod) -> ErrorCurve:
     own = [m for m in measured if m.method is method]
     spp, mse = [m.spp for m in own], [m.mse for m in own]
     law = fit_power_law(spp, mse)
-    return Curve(method.label, method.line, spp, mse, None if law is None else law.slope)
+    return ErrorCurve(method.label, method.line, spp, mse, None if law is None else law.slope)
 
 
 _COLUMNS = (
@@ -99,7 +99,7 @@ _COLUMNS = (
 )
 
 
-def _write_errors(path: Path, reference: Reference, measured: list[Measurement]) -> None:
+def _write_errors(path: Path, reference: Reference, measured: list[MeasuredImages]) -> None:
     plain = {m.spp: m.mse for m in measured if m.method is UNIFORM}
     baseline = [(float(n), mse) for n, mse in sorted(plain.items())]
     with path.open("w", newline="", encoding="utf-8") as file:
@@ -114,7 +114,7 @@ def _write_errors(path: Path, reference: Reference, measured: list[Measurement])
             writer.writerow([m.method.label, m.spp, *numbers, error, f"{m.relmse:.4e}", *spp_ratio])
 
 
-def _write_differences(folder: Path, reference: Reference, measured: list[Measurement], middle: int) -> None:
+def _write_differences(folder: Path, reference: Reference, measured: list[MeasuredImages], middle: int) -> None:
     """Signed differences of all images, mean of the channels, on one scale: three rms errors of uniform at `middle`."""
     errors = {(m.method.name, m.spp): (m.image - reference.image)[..., :3].mean(-1) for m in measured}
     scale = 3 * float(np.sqrt(np.mean(errors["uniform", middle] ** 2)))
@@ -122,7 +122,7 @@ def _write_differences(folder: Path, reference: Reference, measured: list[Measur
         difference_png(error, scale, folder / f"{name}-{n}.png")
 
 
-def _write_closeups(folder: Path, reference: Reference, measured: list[Measurement]) -> list[Window]:
+def _write_closeups(folder: Path, reference: Reference, measured: list[MeasuredImages]) -> list[Window]:
     """Windows where uniform samples err most, as each method renders them at one spp."""
     images = {m.method.name: m.image for m in measured}
     windows = closeup_windows((images["uniform"] - reference.image)[..., :3])

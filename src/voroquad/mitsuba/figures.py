@@ -58,7 +58,7 @@ _MARKERS: dict[str, dict[str, Any]] = {
 
 
 @dataclass
-class Curve:
+class ErrorCurve:
     """The errors of a method: its name, its look, samples per pixel and MSE, and the slope of the one by the other."""
 
     label: str
@@ -68,7 +68,7 @@ class Curve:
     slope: float | None
 
 
-def mse_figure(stem: Path, curves: list[Curve], reference_mse: float) -> None:
+def mse_figure(stem: Path, curves: list[ErrorCurve], reference_mse: float) -> None:
     """Log-log plot of the errors of all methods, as .png and .svg beside `stem`."""
     spp = sorted({n for curve in curves for n in curve.spp})
     labels = []

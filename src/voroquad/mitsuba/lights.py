@@ -14,7 +14,7 @@ from .tracing import name_of
 
 
 @dataclass
-class Light:
+class CameraLight:
     """What camera rays bring.
 
     Attributes
@@ -73,7 +73,7 @@ class FirstHit:
             )
         self.depth, self.rr_depth = depth, settings.get("rr_depth", depth)
 
-    def trace(self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, u: mi.Point2f, active: mi.Bool) -> Light:
+    def trace(self, scene: mi.Scene, sampler: mi.Sampler, ray: Any, u: mi.Point2f, active: mi.Bool) -> CameraLight:
         """Light along camera rays, with the emitter sample u at their first hits."""
         context = mi.BSDFContext()
         hit = self._first_hit(scene, ray, active)
@@ -89,7 +89,7 @@ class FirstHit:
         valid = active & (hit.is_valid() | (self._sees_environment and scene.environment() is not None))
         if not self.samples_bsdf:
             value = _in_world(hit, bsdf.eval(context, hit, outgoing, lit), outgoing)
-            return Light(dr.select(lit, value * radiance, 0), emission, valid)
+            return CameraLight(dr.select(lit, value * radiance, 0), emission, valid)
 
         # The BSDF sample, and what emits where it leads
         value, pdf, drawn, weight = bsdf.eval_pdf_sample(
@@ -103,7 +103,7 @@ class FirstHit:
         onward.wavelengths = ray.wavelengths
         sampler.next_1d()  # for the roulette that path tracers play here too: what follows is what they would draw
         found = self._onward(scene, sampler, onward, hit, drawn, weight, on)
-        return Light(sampled, emission + found, valid)
+        return CameraLight(sampled, emission + found, valid)
 
     @dr.syntax  # type: ignore[untyped-decorator]
     def _onward(

@@ -6,17 +6,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .methods import Method
+from .methods import RenderMethod
 from .render import Image, rgb, srgb
 
 RELATIVE_FLOOR = 1e-2  # added to the squared reference in the relative MSE
 
 
 @dataclass
-class Measurement:
+class MeasuredImages:
     """Images of one method at one spp against the reference: the first of them, and means over all."""
 
-    method: Method
+    method: RenderMethod
     spp: int
     image: Image
     mse: float

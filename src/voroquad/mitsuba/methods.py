@@ -23,21 +23,21 @@ class Stage:
     domain: str
     jitter: bool
 
-    def properties(self, method: Method) -> dict[str, Any]:
+    def properties(self, method: RenderMethod) -> dict[str, Any]:
         """The properties of a method's plug-in."""
         own: dict[str, Any] = {"jitter": self.jitter}
         if method.kind == "reweighted":
             own |= {"domain": method.domain(self.domain)} | ({"aovs": "lambda"} if method.blends else {})
         return own | method.properties
 
-    def integrator(self, method: Method) -> mi.Integrator:
+    def integrator(self, method: RenderMethod) -> mi.Integrator:
         """The plug-in of a method around the scene's own integrator."""
         moving = motion_of(self.scene) if method.kind == "reweighted" else {}
         return make_integrator(method.kind, own_integrator(self.scene), **self.properties(method), **moving)
 
 
 @dataclass(frozen=True)
-class Method:
+class RenderMethod:
     """A way to sample the domain; all else is the same for all methods."""
 
     name: str
@@ -78,7 +78,7 @@ class Method:
             mi.set_log_level(level)
 
 
-def _sets(design: str, color: str, label: str | None = None, **rule: Any) -> list[Method]:
+def _sets(design: str, color: str, label: str | None = None, **rule: Any) -> list[RenderMethod]:
     """The sets of a design: with equal weights, with those of a rule, and with as much of those as helps.
 
     Without a rule it is the plug-in's default, which is unbiased.
@@ -87,7 +87,7 @@ def _sets(design: str, color: str, label: str | None = None, **rule: Any) -> lis
     looks = {"": Line(color, "dashed"), " + w": Line(color, marker="circle"), " + blend": Line(color, marker="diamond")}
     suffixes = {"": "", " + w": "-w", " + blend": "-blend"}
     return [
-        Method(
+        RenderMethod(
             design + suffixes[kind],
             label + kind,
             "reweighted",
@@ -98,8 +98,8 @@ def _sets(design: str, color: str, label: str | None = None, **rule: Any) -> lis
     ]
 
 
-def _of_mitsuba(sampler: str, color: str, dash: str) -> Method:
-    return Method(
+def _of_mitsuba(sampler: str, color: str, dash: str) -> RenderMethod:
+    return RenderMethod(
         f"mitsuba-{sampler}", f"Mitsuba {sampler}", "plain", {"scene_sampler": {"type": sampler}}, Line(color, dash)
     )
 
@@ -110,7 +110,7 @@ STRATIFIED = _sets("stratified", VERMILION)
 SOBOL = _sets("sobol", GREEN, "Sobol'", debias="none")
 ZERO_TWO = _sets("zero-two", SKY)[0]
 HALTON = _sets("halton", PURPLE, "Halton")[0]
-JOINT = Method(
+JOINT = RenderMethod(
     "sobol-joint", "Sobol' with the pixel", "reweighted", {"sampler": "sobol", "weighted": False, "blend": "off"},
     Line(GREEN, "dotted"), joint=True,
 )  # fmt: skip
@@ -122,10 +122,12 @@ OF_MITSUBA = (
     _of_mitsuba("ldsampler", INK, "dotted"),
 )
 #: The sampler that `plain` tells the size of the image
-OWEN_SOBOL = Method("owensobol", "owensobol", "plain", {"scene_sampler": {"type": "owensobol"}}, Line(PURPLE, "solid"))
+OWEN_SOBOL = RenderMethod(
+    "owensobol", "owensobol", "plain", {"scene_sampler": {"type": "owensobol"}}, Line(PURPLE, "solid")
+)
 
 
-def methods_for(stage: Stage, spp: Sequence[int]) -> list[Method]:
+def methods_for(stage: Stage, spp: Sequence[int]) -> list[RenderMethod]:
     """The methods that a scene and a domain have; those of Mitsuba's samplers only where they make one of the spp."""
     domain = find_domain(stage.domain)
     methods = [UNIFORM, UNIFORM_W, *STRATIFIED, ZERO_TWO, *SOBOL, HALTON]

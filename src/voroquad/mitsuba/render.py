@@ -89,7 +89,7 @@ def srgb(linear: Image) -> Image:
 
 
 @dataclass(frozen=True)
-class Plan:
+class Budget:
     """How long to render.
 
     Parameters
@@ -239,7 +239,7 @@ def render(
         Samples go where a pilot finds noise, see :class:`voroquad.mitsuba.adaptive.Adaptive`. There are no sets then,
         but the sampler "owensobol"; all rounds have the numbers of samples that the pilot of the first tells.
     spp, per_round, seconds, target_error
-        How long to render, see :class:`Plan`. Each round takes new sample sets.
+        How long to render, see :class:`Budget`. Each round takes new sample sets.
     size : (int, int), optional
         Width and height in pixels; by default those of the scene.
     parameters : mapping of str to str, optional
@@ -273,7 +273,7 @@ def render(
         There is no such scene or it is malformed; the scene lacks the domain; what the plug-in refuses; there is
         nothing to resume from, or it belongs to other options.
     """
-    plan = Plan(spp, per_round, seconds, target_error)
+    plan = Budget(spp, per_round, seconds, target_error)
     check_seed(seed)
     one_of("image format", Path(out).suffix.lower(), (".exr", ".png"))
     for file in [out, state_path(out)] if plan.several else [out]:
@@ -358,7 +358,7 @@ class Output:
 
 
 def _all_rounds(
-    camera: Camera, plan: Plan, seed: int, rounds: Rounds | None, output: Output, show_progress: bool
+    camera: Camera, plan: Budget, seed: int, rounds: Rounds | None, output: Output, show_progress: bool
 ) -> Rounds:
     """The rounds of a plan, after those that are found already."""
     if rounds is not None:  # perhaps nothing is left to do, and the image was not written
@@ -385,7 +385,7 @@ def _all_rounds(
     return rounds
 
 
-def _summary(rounds: Rounds, plan: Plan, domain: str | None) -> dict[str, Any]:
+def _summary(rounds: Rounds, plan: Budget, domain: str | None) -> dict[str, Any]:
     """What there is to say of an image."""
     height, width = rounds.mean_lambda.shape
     return {

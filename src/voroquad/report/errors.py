@@ -16,7 +16,7 @@ _MOST_SPP = 10**12
 
 
 @dataclass(frozen=True)
-class Cell:
+class RenderingErrors:
     """One rendering's errors.
 
     ``ratios`` tells per baseline how many times as many samples it needs for the same MSE.
@@ -41,7 +41,7 @@ class Errors:
 
     methods: list[str]
     spp: list[int]
-    cells: dict[tuple[str, int], Cell]
+    cells: dict[tuple[str, int], RenderingErrors]
 
     def lowest(self, spp: int) -> float:
         """The smallest MSE at an spp; NaN where none is a number."""
@@ -73,7 +73,7 @@ def read_errors(path: Path) -> Errors:
         curves.setdefault(method, []).append((spp, mse))
     methods = list(dict.fromkeys(row[0] for row in rows))
     cells = {
-        (method, spp): Cell(
+        (method, spp): RenderingErrors(
             method, spp, mse, flip, seconds, {b: equal_error_ratio(curves[b], spp, mse) for b in methods}
         )
         for method, spp, mse, flip, seconds in rows

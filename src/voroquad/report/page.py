@@ -133,7 +133,7 @@ class Grid:
 
 
 @dataclass(frozen=True)
-class Part:
+class ResultsFolder:
     """One folder's results, with access to its files."""
 
     folder: Path
@@ -181,12 +181,12 @@ class Part:
         return path
 
 
-def _title(parts: Sequence[Part]) -> str:
+def _title(parts: Sequence[ResultsFolder]) -> str:
     return parts[0].results.title if len(parts) == 1 else "voroquad: results"
 
 
-def _part(folder: Path, number: int) -> Part:
-    return Part(folder, Results.read(folder), f"part{number}")
+def _part(folder: Path, number: int) -> ResultsFolder:
+    return ResultsFolder(folder, Results.read(folder), f"part{number}")
 
 
 def _data_uri(content: bytes, kind: str) -> str:

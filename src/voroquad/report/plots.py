@@ -51,7 +51,7 @@ _SMALLEST, _LARGEST = 1e-150, 1e150
 
 
 @dataclass(frozen=True)
-class Fit:
+class PowerLawFit:
     """A power law through some points of a line."""
 
     slope: float
@@ -66,21 +66,21 @@ class Curve:
     x: Array
     y: Array
     error: Array  # standard errors of y, or zeros
-    fit: Fit | None
+    fit: PowerLawFit | None
 
 
-def fit_from(x: Array, y: Array, start: float) -> Fit | None:
+def fit_from(x: Array, y: Array, start: float) -> PowerLawFit | None:
     """The power law through the points with x ≥ start, or through the last three points if those are fewer.
 
     None for less than two different x.
     """
     fitted = x >= start if (x >= start).sum() >= 3 else np.arange(len(x)) >= len(x) - 3
     law = fit_power_law(x[fitted], y[fitted])
-    return None if law is None else Fit(law.slope, x[fitted], law(x[fitted]))
+    return None if law is None else PowerLawFit(law.slope, x[fitted], law(x[fitted]))
 
 
 @dataclass(frozen=True)
-class Series:
+class LegendEntry:
     """A line's entry in the legend."""
 
     name: str
@@ -92,7 +92,7 @@ class Series:
 class Plots:
     """The plots of one figure and the legend that they share."""
 
-    series: list[Series]
+    series: list[LegendEntry]
     fitted: list[Plot]  # those with slopes
     models: list[figure]
 
@@ -116,7 +116,7 @@ def make_plots(spec: Figure, path: Path) -> Plots:
     lines = [spec.lines.get(name) or Line(Colorblind8[k % 8], marker="circle") for k, name in enumerate(names)]
     fitted = [k for k, plot in enumerate(spec.plots) if plot.slope_from is not None]
     series = [
-        Series(name, line, [fit.slope if (fit := curves[k][name].fit) else None for k in fitted])
+        LegendEntry(name, line, [fit.slope if (fit := curves[k][name].fit) else None for k in fitted])
         for name, line in zip(names, lines, strict=True)
     ]
     models = [_log_log(plot, own, lines) for plot, own in zip(spec.plots, curves, strict=True)]

@@ -12,12 +12,12 @@ from .._support.units import ONE_PROCESS, Advance, Pool, Series
 from ..designs.sampling import SampleSet, sample
 from ..results.power_law import fit_power_law
 from ..rules.registry import weights
-from .integrand import Integrand
+from .integrand import KnownIntegrand
 from .moments import Moments, add_packed
 
 
 @dataclass(frozen=True)
-class Method:
+class Scheme:
     """A way to integrate: sampling design and weights. `debias` None means equal weights 1/N."""
 
     name: str
@@ -33,24 +33,24 @@ class Method:
 
 
 METHODS_1D = (
-    Method("uniform", "uniform"),
-    Method("uniform + Voronoi Î_C", "uniform", "none"),
-    Method("uniform + Î_GR", "uniform", "bias-function"),
-    Method("uniform + exchange", "uniform", "exchange"),
-    Method("stratified", "stratified"),
-    Method("stratified + Voronoi Î_C", "stratified", "none"),
-    Method("stratified + exchange", "stratified", "exchange"),
-    Method("Sobol'", "sobol"),
-    Method("Halton", "halton"),
+    Scheme("uniform", "uniform"),
+    Scheme("uniform + Voronoi Î_C", "uniform", "none"),
+    Scheme("uniform + Î_GR", "uniform", "bias-function"),
+    Scheme("uniform + exchange", "uniform", "exchange"),
+    Scheme("stratified", "stratified"),
+    Scheme("stratified + Voronoi Î_C", "stratified", "none"),
+    Scheme("stratified + exchange", "stratified", "exchange"),
+    Scheme("Sobol'", "sobol"),
+    Scheme("Halton", "halton"),
 )
 
 METHODS_2D = (
-    Method("uniform", "uniform"),
-    Method("uniform + Voronoi Î_C", "uniform", "none"),
-    Method("stratified", "stratified"),
-    Method("stratified + Voronoi Î_C", "stratified", "none"),
-    Method("Sobol'", "sobol"),
-    Method("Halton", "halton"),
+    Scheme("uniform", "uniform"),
+    Scheme("uniform + Voronoi Î_C", "uniform", "none"),
+    Scheme("stratified", "stratified"),
+    Scheme("stratified + Voronoi Î_C", "stratified", "none"),
+    Scheme("Sobol'", "sobol"),
+    Scheme("Halton", "halton"),
 )
 
 
@@ -59,7 +59,7 @@ class Measurement:
     """The errors of one method on one integrand with n samples, over independent replicates."""
 
     integrand: str
-    method: Method
+    method: Scheme
     n: int
     replicates: int
     mse: float
@@ -91,8 +91,8 @@ def replicates_at(n: int, replicates: int) -> int:
 
 
 def measure(
-    methods: Sequence[Method],
-    integrands: Sequence[Integrand],
+    methods: Sequence[Scheme],
+    integrands: Sequence[KnownIntegrand],
     sizes: Sequence[int],
     *,
     replicates: int,
@@ -166,7 +166,7 @@ def _sets_of_a_unit(n: int) -> int:
 
 
 def _series(
-    methods: Sequence[Method], integrands: Sequence[Integrand], n: int, count: int, key: tuple[int, ...]
+    methods: Sequence[Scheme], integrands: Sequence[KnownIntegrand], n: int, count: int, key: tuple[int, ...]
 ) -> Series:
     """The experiment of one design and size, in blocks of its `count` replicates."""
     name = f"{integrands[0].d}d-{methods[0].design}-{n}"
@@ -175,7 +175,7 @@ def _series(
 
 
 def _block(
-    methods: Sequence[Method], integrands: Sequence[Integrand], n: int, count: int, key: tuple[int, ...], k: int
+    methods: Sequence[Scheme], integrands: Sequence[KnownIntegrand], n: int, count: int, key: tuple[int, ...], k: int
 ) -> Array:
     """Moments of the errors in block k, by methods and integrands."""
     rng = np.random.default_rng([*key, k] if k > 0 else key)
@@ -186,7 +186,7 @@ def _block(
 
 
 def _errors(
-    methods: Sequence[Method], integrands: Sequence[Integrand], n: int, sets: int, rng: np.random.Generator
+    methods: Sequence[Scheme], integrands: Sequence[KnownIntegrand], n: int, sets: int, rng: np.random.Generator
 ) -> Array:
     """Errors (methods, integrands, sets) of the estimates of independent sets."""
     samples = sample(methods[0].design, n, integrands[0].d, sets=sets, rng=rng)
@@ -202,7 +202,7 @@ def _batches(count: int, largest: int) -> Iterator[int]:
         count -= largest
 
 
-def measurement(f: Integrand, method: Method, n: int, moments: Moments, index: tuple[int, ...]) -> Measurement:
+def measurement(f: KnownIntegrand, method: Scheme, n: int, moments: Moments, index: tuple[int, ...]) -> Measurement:
     """Mean squared error and bias from the entry `index` of moments."""
     bias, mse = (float(mean[index]) for mean in moments.mean)
     bias_error, mse_error = (float(error[index]) for error in moments.standard_error)

@@ -35,7 +35,7 @@ _ROUNDING = 2.0**-52  # relative to the integral: a smaller error is none
 
 
 @dataclass(frozen=True)
-class Settings:
+class CoverageSettings:
     """What must be equal for cells to be comparable."""
 
     replicates: int
@@ -43,7 +43,7 @@ class Settings:
 
 
 @dataclass(frozen=True)
-class Cell:
+class CoverageCell:
     """What intervals of an integrand were like, over replicates and components."""
 
     case: Case
@@ -113,7 +113,7 @@ def run_coverage(
     ValueError
         An argument out of range; no size at most max_n in one of the dimensions.
     """
-    settings = Settings(positive_int("replicates", replicates), seed)
+    settings = CoverageSettings(positive_int("replicates", replicates), seed)
     work = list(_work(_check(settings, dimensions), positive_int("max_n", max_n)))
     command = ["voroquad", "study", "--suite", "coverage", "-o", os.fspath(out)]
     command += ["--dimensions", ",".join(map(str, dimensions)), "--max-n", str(max_n)]
@@ -139,17 +139,17 @@ def run_coverage(
 
 def measure(
     work: Sequence[tuple[int, int, int]],
-    settings: Settings,
+    settings: CoverageSettings,
     pool: Pool = ONE_PROCESS,
     advance: Advance = lambda description, steps: None,
-) -> Iterator[Cell]:
+) -> Iterator[CoverageCell]:
     """Cells of (d, n, number of the integrand)."""
     values = pool.values((_series(*one, settings) for one in work), advance)
     for d, n, number in work:
         blocks = np.concatenate([next(values) for _ in range(_units(settings))], axis=1)
         case = cases(d)[number]
         measured = blocks[:, : settings.replicates].reshape(4, -1)
-        yield Cell(case, d, n, measured[0], measured[1], measured[2], measured[3])
+        yield CoverageCell(case, d, n, measured[0], measured[1], measured[2], measured[3])
 
 
 def kind_rows(rows: Sequence[dict[str, Any]]) -> list[dict[str, object]]:
@@ -173,7 +173,7 @@ def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
     return {"folder": os.fspath(out), "coverage": read_rows(Path(out) / "coverage-kinds.csv")}
 
 
-def _check(settings: Settings, dimensions: Sequence[int]) -> list[int]:
+def _check(settings: CoverageSettings, dimensions: Sequence[int]) -> list[int]:
     """The dimensions, each once."""
     if settings.replicates < _REPLICATES_OF_A_UNIT:
         raise ValueError(f"replicates must be at least {_REPLICATES_OF_A_UNIT}, got {settings.replicates}")
@@ -198,17 +198,17 @@ def _work(dimensions: Sequence[int], max_n: int) -> Iterator[tuple[int, int, int
             n *= 4
 
 
-def _units(settings: Settings) -> int:
+def _units(settings: CoverageSettings) -> int:
     return -(-settings.replicates // _REPLICATES_OF_A_UNIT)
 
 
-def _series(d: int, n: int, number: int, settings: Settings) -> Series:
+def _series(d: int, n: int, number: int, settings: CoverageSettings) -> Series:
     """The replicates of a cell, in blocks."""
     shape = (4, _REPLICATES_OF_A_UNIT, cases(d)[number].integral.size)
     return Series(f"coverage-{d}d-{n}-{number}", _units(settings), shape, _block, (d, n, number, settings))
 
 
-def _block(d: int, n: int, number: int, settings: Settings, k: int) -> Array:
+def _block(d: int, n: int, number: int, settings: CoverageSettings, k: int) -> Array:
     """Whether intervals held, half their widths, errors, and whether quad warned: (4, replicates, components)."""
     case = cases(d)[number]
     first = k * _REPLICATES_OF_A_UNIT

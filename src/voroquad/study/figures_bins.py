@@ -16,7 +16,7 @@ from ..results.style import BLUE, FAINT, INK, MUTED, VERMILION, house_style, new
 from ..rules.registry import weights
 from .drawing import Drawing
 from .functions import INTEGRANDS
-from .integrand import Integrand
+from .integrand import KnownIntegrand
 
 SAMPLES = 20
 REPETITIONS = 10_000
@@ -32,7 +32,7 @@ class Binning:
     high: Array
     rms: float | None  # root mean squared error over many sets; None where the set is always the same
 
-    def estimate(self, f: Integrand) -> float:
+    def estimate(self, f: KnownIntegrand) -> float:
         """Total area of the rectangles: Σ width · f(x)."""
         return float((self.high - self.low) @ f.values(self.x[:, None]))
 
@@ -68,7 +68,7 @@ def draw_bins(rng: np.random.Generator) -> Drawing:
     )
 
 
-def _binnings(f: Integrand, rng: np.random.Generator) -> list[Binning]:
+def _binnings(f: KnownIntegrand, rng: np.random.Generator) -> list[Binning]:
     n = SAMPLES
     regular = sample("regular", n).points[:, 0]
     many = sample("uniform", n, sets=REPETITIONS, rng=rng)
@@ -106,7 +106,7 @@ class StepDensity:
     heights: Array
 
     @classmethod
-    def like(cls, f: Integrand, bins: int) -> StepDensity:
+    def like(cls, f: KnownIntegrand, bins: int) -> StepDensity:
         """Proportional to the mean of f on each bin, but nowhere below a quarter of the average."""
         x = (np.arange(64 * bins) + 0.5) / (64 * bins)
         means = f.values(x[:, None]).reshape(bins, 64).mean(axis=1)
@@ -125,7 +125,7 @@ class StepDensity:
         return np.interp(u, distribution, knots)
 
 
-def _panel(ax: Axes, f: Integrand, binning: Binning) -> None:
+def _panel(ax: Axes, f: KnownIntegrand, binning: Binning) -> None:
     heights = f.values(binning.x[:, None])
     spans = list(zip(binning.low, binning.high, heights, strict=True))
     ax.add_collection(

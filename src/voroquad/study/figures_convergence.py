@@ -13,9 +13,9 @@ from matplotlib.ticker import NullFormatter, NullLocator
 
 from ..results.manifest import Line, Plot
 from ..results.style import BLUE, GREEN, INK, PURPLE, VERMILION, LineLabel, house_style, label_line_ends, new_figure
-from .convergence import Measurement, Method, Slope, fit_slope
+from .convergence import Measurement, Scheme, Slope, fit_slope
 from .drawing import Drawing
-from .integrand import Integrand
+from .integrand import KnownIntegrand
 
 _COLORS = {"uniform": BLUE, "stratified": VERMILION, "sobol": GREEN, "halton": PURPLE}
 _LINES: dict[str | None, dict[str, Any]] = {  # by weights: plain, Voronoi, its two corrections
@@ -38,7 +38,7 @@ _NAMES = {
 }
 
 
-def draw_convergence(f: Integrand, measurements: Sequence[Measurement]) -> Drawing:
+def draw_convergence(f: KnownIntegrand, measurements: Sequence[Measurement]) -> Drawing:
     """MSE of every method on one integrand, log–log, with the slope fitted to each line."""
     methods = list(dict.fromkeys(m.method for m in measurements))
     lines = {m: sorted((x for x in measurements if x.method == m), key=lambda x: x.n) for m in methods}
@@ -106,7 +106,7 @@ def _row(m: Measurement) -> dict[str, object]:
     }  # fmt: skip
 
 
-def _draw_line(ax: Axes, method: Method, line: Sequence[Measurement]) -> None:
+def _draw_line(ax: Axes, method: Scheme, line: Sequence[Measurement]) -> None:
     ax.plot(
         [m.n for m in line],
         [m.mse for m in line],
@@ -116,7 +116,7 @@ def _draw_line(ax: Axes, method: Method, line: Sequence[Measurement]) -> None:
     )
 
 
-def _draw_integrand(ax: Axes, f: Integrand) -> None:
+def _draw_integrand(ax: Axes, f: KnownIntegrand) -> None:
     grid = np.linspace(0, 1, 801)
     if f.d == 1:
         values = f.values(grid[:, None])
@@ -132,7 +132,7 @@ def _draw_integrand(ax: Axes, f: Integrand) -> None:
     ax.set_title(f.title)
 
 
-def _draw_key(ax: Axes, methods: Sequence[Method]) -> None:
+def _draw_key(ax: Axes, methods: Sequence[Scheme]) -> None:
     """What the lines' styles mean, below the picture of the integrand."""
     used = {m.debias for m in methods}
     handles = [
@@ -143,13 +143,13 @@ def _draw_key(ax: Axes, methods: Sequence[Method]) -> None:
     ax.legend(handles=handles, loc="upper left", bbox_to_anchor=(-0.2, -0.32), frameon=False, fontsize=8.5)
 
 
-def _talk_names(methods: Sequence[Method]) -> str:
+def _talk_names(methods: Sequence[Scheme]) -> str:
     text = "Î_C: the talk's consistent estimator, Voronoi weights."
     if any(m.debias == "bias-function" for m in methods):
         text += " Î_GR: its unbiased one, Voronoi weights over g."
     return text
 
 
-def _label(method: Method, slope: Slope) -> str:
+def _label(method: Scheme, slope: Slope) -> str:
     name = method.name.replace("Î_C", r"$\hat{I}_C$").replace("Î_GR", r"$\hat{I}_{GR}$")
     return f"{name}  {slope.value:.1f}".replace("-", "−")

@@ -9,7 +9,7 @@ from collections.abc import Callable
 import numpy as np
 
 from .._support.arrays import Array
-from .integrand import Integrand
+from .integrand import KnownIntegrand
 
 # ---------------------------------------------------------------------- the talk's test function
 
@@ -75,7 +75,7 @@ def _edges(p: Array) -> Array:
 
 
 INTEGRANDS_1D = (
-    Integrand(
+    KnownIntegrand(
         "talk",
         "Talk's test function",
         "circles, ramps and arches; 0 at both ends",
@@ -83,9 +83,9 @@ INTEGRANDS_1D = (
         lambda p: talk_profile(p[..., 0]),
         TALK_INTEGRAL,
     ),
-    Integrand("smooth", "Smooth", "exp(x)", 1, lambda p: np.exp(p[..., 0]), math.e - 1),
-    Integrand("kink", "Kink", "|3x − 1|", 1, lambda p: np.abs(3 * p[..., 0] - 1), 5 / 6),
-    Integrand(
+    KnownIntegrand("smooth", "Smooth", "exp(x)", 1, lambda p: np.exp(p[..., 0]), math.e - 1),
+    KnownIntegrand("kink", "Kink", "|3x − 1|", 1, lambda p: np.abs(3 * p[..., 0] - 1), 5 / 6),
+    KnownIntegrand(
         "jump",
         "Jump",
         "exp(−x) + [x < 1/3]",
@@ -96,7 +96,7 @@ INTEGRANDS_1D = (
 )
 
 INTEGRANDS_2D = (
-    Integrand(
+    KnownIntegrand(
         "talk-2d",
         "Talk's, f(x) f(y)",
         "the talk's function of x times that of y",
@@ -104,8 +104,8 @@ INTEGRANDS_2D = (
         lambda p: talk_profile(p[..., 0]) * talk_profile(p[..., 1]),
         TALK_INTEGRAL**2,
     ),
-    Integrand("smooth-2d", "Smooth", "exp(x + y/2) (1 + sin 5xy)", 2, _product, gauss_legendre_square(_product)),
-    Integrand(
+    KnownIntegrand("smooth-2d", "Smooth", "exp(x + y/2) (1 + sin 5xy)", 2, _product, gauss_legendre_square(_product)),
+    KnownIntegrand(
         "kink-2d",
         "Kink",
         "|x + 0.6 y − 0.7|",
@@ -114,7 +114,7 @@ INTEGRANDS_2D = (
         # |u| = 2 u₊ − u
         2 * half_plane_moment(1, 0.6, 0.7, 1) - (0.5 + 0.3 - 0.7),
     ),
-    Integrand(
+    KnownIntegrand(
         "jump-2d",
         "Jumps",
         "a disc of height 1 and a half-plane of height ½",

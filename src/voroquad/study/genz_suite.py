@@ -28,7 +28,7 @@ from .drawing import read_rows, write_rows
 from .figures_genz import draw_ratios
 from .genz import FAMILIES, instances
 from .moments import Moments, add_packed
-from .peers import OURS, PEERS, Rule
+from .peers import OURS, PEERS, Integrator
 
 #: File in the results folder that keeps the measurements of an unfinished run.
 UNFINISHED = "genz-unfinished.json"
@@ -39,7 +39,7 @@ _ROUNDING = 2.0**-50  # relative to the mean of |f|: smaller errors count as rou
 
 
 @dataclass(frozen=True)
-class Cell:
+class ErrorCell:
     """The errors of a rule with n evaluations in d dimensions.
 
     Mean squared errors and their standard errors have an entry per integrand, family by family.
@@ -54,7 +54,7 @@ class Cell:
 
 
 @dataclass(frozen=True)
-class Settings:
+class GenzSettings:
     """What must be equal for cells to be comparable."""
 
     replicates: int
@@ -63,7 +63,7 @@ class Settings:
 
 
 #: A rule, in so many dimensions, with so many evaluations
-Work = tuple[Rule, int, int]
+Work = tuple[Integrator, int, int]
 
 
 def run_genz(
@@ -77,7 +77,7 @@ def run_genz(
     seed: int = 0,
     pool: Pool = ONE_PROCESS,
     show_progress: bool = True,
-    rules: Sequence[Rule] = PEERS,
+    rules: Sequence[Integrator] = PEERS,
 ) -> Results:
     """Compare :func:`voroquad.quad` with other rules and leave tables, figures and ``results.json`` in a folder.
 
@@ -102,7 +102,7 @@ def run_genz(
         What computes the units of work, blocks of replicates; wall times are always those of this process.
     show_progress : bool
         A progress bar on standard error.
-    rules : sequence of Rule
+    rules : sequence of Integrator
         What `peers` chooses from.
 
     Returns
@@ -117,7 +117,7 @@ def run_genz(
     ModuleNotFoundError
         A peer that was asked for is not installed.
     """
-    settings = Settings(positive_int("replicates", replicates), positive_int("instances", instances), seed)
+    settings = GenzSettings(positive_int("replicates", replicates), positive_int("instances", instances), seed)
     sizes = sizes_up_to(positive_int("max_n", max_n))
     dimensions = _check(settings, dimensions)
     rules = (OURS, *_choose(peers, rules))
@@ -159,19 +159,19 @@ def sizes_up_to(max_n: int) -> list[int]:
 
 def measure(
     work: Sequence[Work],
-    settings: Settings,
+    settings: GenzSettings,
     pool: Pool = ONE_PROCESS,
     advance: Advance = lambda description, steps: None,
-) -> Iterator[Cell]:
+) -> Iterator[ErrorCell]:
     """Mean squared errors on members of all families, of rules in d dimensions with n evaluations."""
     totals = pool.sums((_series(*one, settings) for one in work), _join, advance)
     for (rule, d, n), total in zip(work, totals, strict=True):
         moments = Moments.unpacked(total[..., :-1])
         error = moments.standard_error[1] if moments.count > 1 else np.zeros_like(moments.mean[1])
-        yield Cell(rule.name, d, n, int(total[0, 0, -1]), moments.mean[1].tolist(), error.tolist())
+        yield ErrorCell(rule.name, d, n, int(total[0, 0, -1]), moments.mean[1].tolist(), error.tolist())
 
 
-def ratio_rows(cells: Sequence[Cell], settings: Settings) -> list[dict[str, object]]:
+def ratio_rows(cells: Sequence[ErrorCell], settings: GenzSettings) -> list[dict[str, object]]:
     """MSE of each peer over that of vq.quad: geometric means over a family's members and, "all", over the families.
 
     `log_error` is the standard error of the mean logarithm, from its spread over the members. Errors
@@ -198,7 +198,7 @@ def ratio_rows(cells: Sequence[Cell], settings: Settings) -> list[dict[str, obje
     return rows
 
 
-def time_rows(rules: Sequence[Rule], dimensions: Sequence[int], sizes: Sequence[int]) -> list[dict[str, object]]:
+def time_rows(rules: Sequence[Integrator], dimensions: Sequence[int], sizes: Sequence[int]) -> list[dict[str, object]]:
     """Wall time in milliseconds of one call of each rule, on the first integrand: the least of three."""
     rows: list[dict[str, object]] = []
     for d, n, rule in itertools.product(dimensions, sizes, rules):
@@ -227,7 +227,7 @@ def summary(results: Results, out: str | os.PathLike[str]) -> dict[str, Any]:
 # ---------------------------------------------------------------------- arguments
 
 
-def _check(settings: Settings, dimensions: Sequence[int]) -> list[int]:
+def _check(settings: GenzSettings, dimensions: Sequence[int]) -> list[int]:
     """The dimensions, each once."""
     for name, value in (("replicates", settings.replicates), ("instances", settings.instances)):
         if value < 2:
@@ -242,7 +242,7 @@ def _check(settings: Settings, dimensions: Sequence[int]) -> list[int]:
     return list(dict.fromkeys(dimensions))
 
 
-def _choose(names: Sequence[str] | None, rules: Sequence[Rule]) -> list[Rule]:
+def _choose(names: Sequence[str] | None, rules: Sequence[Integrator]) -> list[Integrator]:
     """The rules of these names; without names, those that are installed."""
     if names is None:
         return [rule for rule in rules if find_spec(rule.module)]
@@ -255,7 +255,11 @@ def _choose(names: Sequence[str] | None, rules: Sequence[Rule]) -> list[Rule]:
 
 
 def _command(
-    out: str | os.PathLike[str], dimensions: Sequence[int], max_n: int, peers: Sequence[str] | None, settings: Settings
+    out: str | os.PathLike[str],
+    dimensions: Sequence[int],
+    max_n: int,
+    peers: Sequence[str] | None,
+    settings: GenzSettings,
 ) -> str:
     command = ["voroquad", "study", "--suite", "genz", "-o", os.fspath(out)]
     command += ["--dimensions", ",".join(map(str, dimensions)), "--max-n", str(max_n)]
@@ -268,21 +272,21 @@ def _command(
 # ---------------------------------------------------------------------- measuring
 
 
-def _replicates(rule: Rule, settings: Settings) -> int:
+def _replicates(rule: Integrator, settings: GenzSettings) -> int:
     return settings.replicates if rule.random else 1
 
 
-def _units(rule: Rule, settings: Settings) -> int:
+def _units(rule: Integrator, settings: GenzSettings) -> int:
     return -(-_replicates(rule, settings) // _REPLICATES_OF_A_UNIT)
 
 
-def _series(rule: Rule, d: int, n: int, settings: Settings) -> Series:
+def _series(rule: Integrator, d: int, n: int, settings: GenzSettings) -> Series:
     """The replicates of a cell, in blocks."""
     shape = (3, 2, len(FAMILIES) * settings.instances + 1)
     return Series(f"{rule.name}-{d}d-{n}", _units(rule, settings), shape, _block, (rule, d, n, settings))
 
 
-def _block(rule: Rule, d: int, n: int, settings: Settings, k: int) -> Array:
+def _block(rule: Integrator, d: int, n: int, settings: GenzSettings, k: int) -> Array:
     """Moments of the errors in block k, by integrand; last, the most evaluations that a replicate took."""
     functions = list(instances(d, settings.instances, rng=[settings.seed, d]))
     start = k * _REPLICATES_OF_A_UNIT
@@ -297,7 +301,9 @@ def _join(a: Array, b: Array) -> Array:
     return np.concatenate([add_packed(a[..., :-1], b[..., :-1]), np.maximum(a, b)[..., -1:]], -1)
 
 
-def _cells(store: _Store, work: Sequence[Work], settings: Settings, pool: Pool, advance: Advance) -> Iterator[Cell]:
+def _cells(
+    store: _Store, work: Sequence[Work], settings: GenzSettings, pool: Pool, advance: Advance
+) -> Iterator[ErrorCell]:
     """The cells, from an earlier run where it measured them."""
     missing = [one for one in work if store.get(*one) is None]
     measured = measure(missing, settings, pool, advance)
@@ -309,7 +315,7 @@ def _cells(store: _Store, work: Sequence[Work], settings: Settings, pool: Pool, 
         yield cell
 
 
-def _log_mse(cell: Cell, settings: Settings) -> NDArray[np.float64]:
+def _log_mse(cell: ErrorCell, settings: GenzSettings) -> NDArray[np.float64]:
     rounding = [
         np.finfo(float).eps * f.integral for f in instances(cell.d, settings.instances, [settings.seed, cell.d])
     ]
@@ -319,19 +325,19 @@ def _log_mse(cell: Cell, settings: Settings) -> NDArray[np.float64]:
 class _Store:
     """Measured cells, in a file that is always complete."""
 
-    def __init__(self, path: Path, settings: Settings):
+    def __init__(self, path: Path, settings: GenzSettings):
         self.path = path
         self._settings = settings
-        self._cells: dict[tuple[str, int, int], Cell] = {}
+        self._cells: dict[tuple[str, int, int], ErrorCell] = {}
         if path.is_file():
             for cell in self._read():
                 self._cells[cell.rule, cell.d, cell.n] = cell
 
-    def get(self, rule: Rule, d: int, n: int) -> Cell | None:
+    def get(self, rule: Integrator, d: int, n: int) -> ErrorCell | None:
         """The cell, if it is measured."""
         return self._cells.get((rule.name, d, n))
 
-    def put(self, cell: Cell) -> Cell:
+    def put(self, cell: ErrorCell) -> ErrorCell:
         """Keep a cell."""
         self._cells[cell.rule, cell.d, cell.n] = cell
         content = {"settings": asdict(self._settings), "cells": [asdict(c) for c in self._cells.values()]}
@@ -339,10 +345,10 @@ class _Store:
             temporary.write_text(json.dumps(content), encoding="utf-8")
         return cell
 
-    def _read(self) -> list[Cell]:
+    def _read(self) -> list[ErrorCell]:
         try:
             content = json.loads(self.path.read_text(encoding="utf-8"))
-            settings, cells = Settings(**content["settings"]), [Cell(**cell) for cell in content["cells"]]
+            settings, cells = GenzSettings(**content["settings"]), [ErrorCell(**cell) for cell in content["cells"]]
         except (KeyError, TypeError, ValueError) as error:
             raise ValueError(f"{self.path} is damaged ({error}); delete it to start anew") from None
         if settings != self._settings:
@@ -356,12 +362,12 @@ class _Store:
 # ---------------------------------------------------------------------- results
 
 
-def _section(folder: Path, d: int, cells: Sequence[Cell], settings: Settings) -> Section:
+def _section(folder: Path, d: int, cells: Sequence[ErrorCell], settings: GenzSettings) -> Section:
     drawing = draw_ratios(d, [row for row in ratio_rows(cells, settings) if row["d"] == d], settings.instances)
     return Section(f"d = {d}", figures=[drawing.save(folder, f"genz-{d}d")])
 
 
-def _mse_rows(cells: Sequence[Cell], settings: Settings) -> list[dict[str, object]]:
+def _mse_rows(cells: Sequence[ErrorCell], settings: GenzSettings) -> list[dict[str, object]]:
     members = [(family, k) for family in FAMILIES for k in range(settings.instances)]
     return [
         {

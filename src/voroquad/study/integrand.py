@@ -11,7 +11,7 @@ from .._support.arrays import Array
 
 
 @dataclass(frozen=True)
-class Integrand:
+class KnownIntegrand:
     """A function over [0, 1]^d and its integral.
 
     Calling it with points (d, n) gives its values (n,), as :func:`voroquad.quad` and SciPy want them.

@@ -15,18 +15,18 @@ from scipy.stats import qmc
 from .._support.arrays import Array
 from ..integrals.diagnostics import IntegrationWarning
 from ..integrals.quad import quad
-from .integrand import Integrand
+from .integrand import KnownIntegrand
 
 #: Number of randomised sets whose mean a rule takes, as qmc_quad does by default.
 REPLICATES = 8
 
 #: Estimates (functions,), and the evaluations of each function that they took.
 Estimates = tuple[Array, int]
-Estimate = Callable[[Sequence[Integrand], int, np.random.Generator], Estimates]
+Estimate = Callable[[Sequence[KnownIntegrand], int, np.random.Generator], Estimates]
 
 
 @dataclass(frozen=True)
-class Rule:
+class Integrator:
     """A way to integrate functions over the unit box.
 
     Parameters
@@ -51,10 +51,10 @@ class Rule:
     module: str = "numpy"
 
 
-def one_by_one(rule: Callable[[Integrand, int, np.random.Generator], tuple[float, int]]) -> Estimate:
+def one_by_one(rule: Callable[[KnownIntegrand, int, np.random.Generator], tuple[float, int]]) -> Estimate:
     """The rule for several functions that takes one at a time."""
 
-    def estimate(functions: Sequence[Integrand], n: int, rng: np.random.Generator) -> Estimates:
+    def estimate(functions: Sequence[KnownIntegrand], n: int, rng: np.random.Generator) -> Estimates:
         values, used = zip(*(rule(f, n, rng) for f in functions), strict=True)
         return np.array(values), max(used)
 
@@ -64,14 +64,14 @@ def one_by_one(rule: Callable[[Integrand, int, np.random.Generator], tuple[float
 def mean_over(points: Callable[[int, int, np.random.Generator], Array]) -> Estimate:
     """The plain mean over points (m, d), m ≤ n, that points(d, n, rng) makes."""
 
-    def estimate(functions: Sequence[Integrand], n: int, rng: np.random.Generator) -> Estimates:
+    def estimate(functions: Sequence[KnownIntegrand], n: int, rng: np.random.Generator) -> Estimates:
         x = points(functions[0].d, n, rng)
         return np.array([f.values(x).mean() for f in functions]), len(x)
 
     return estimate
 
 
-def voroquad(functions: Sequence[Integrand], n: int, rng: np.random.Generator) -> Estimates:
+def voroquad(functions: Sequence[KnownIntegrand], n: int, rng: np.random.Generator) -> Estimates:
     """vq.quad with its defaults; the functions are the components of one integrand."""
     d = functions[0].d
     with warnings.catch_warnings():
@@ -83,7 +83,9 @@ def voroquad(functions: Sequence[Integrand], n: int, rng: np.random.Generator) -
 # ---------------------------------------------------------------------- SciPy
 
 
-def qmc_quad(f: Integrand, n: int, rng: np.random.Generator, engine: Callable[..., qmc.QMCEngine]) -> tuple[float, int]:
+def qmc_quad(
+    f: KnownIntegrand, n: int, rng: np.random.Generator, engine: Callable[..., qmc.QMCEngine]
+) -> tuple[float, int]:
     """scipy.integrate.qmc_quad: the mean over eight randomised sets."""
     m = n // REPLICATES
     result = scipy.integrate.qmc_quad(
@@ -92,7 +94,7 @@ def qmc_quad(f: Integrand, n: int, rng: np.random.Generator, engine: Callable[..
     return float(result.integral), REPLICATES * m
 
 
-def cubature(f: Integrand, n: int, rng: np.random.Generator) -> tuple[float, int]:
+def cubature(f: KnownIntegrand, n: int, rng: np.random.Generator) -> tuple[float, int]:
     """scipy.integrate.cubature, which halves the worst box along each axis, as often as n evaluations allow."""
     calls = 0
 
@@ -133,7 +135,7 @@ def cubature_exists(d: int, n: int) -> bool:
 # ---------------------------------------------------------------------- vegas and QMCPy
 
 
-def vegas(f: Integrand, n: int, rng: np.random.Generator) -> tuple[float, int]:
+def vegas(f: KnownIntegrand, n: int, rng: np.random.Generator) -> tuple[float, int]:
     """vegas, importance sampling and adaptive stratification: two iterations to adapt, three that count."""
     import vegas as package
 
@@ -178,14 +180,14 @@ def _replicates_exist(d: int, n: int) -> bool:
     return n >= 2 * REPLICATES
 
 
-OURS = Rule("vq.quad", voroquad)
+OURS = Integrator("vq.quad", voroquad)
 
 #: What vq.quad is compared with; the extra `bench` brings the packages.
 PEERS = (
-    Rule("qmc_quad", one_by_one(partial(qmc_quad, engine=qmc.Sobol)), _replicates_exist),
-    Rule("qmc_quad-halton", one_by_one(partial(qmc_quad, engine=qmc.Halton)), _replicates_exist),
-    Rule("cubature", one_by_one(cubature), cubature_exists, random=False),
-    Rule("vegas", one_by_one(vegas), lambda d, n: n >= 50, module="vegas"),
-    Rule("qmcpy-lattice", mean_over(lattices), _replicates_exist, module="qmcpy"),
-    Rule("qmcpy-net", mean_over(interlaced_nets), _replicates_exist, module="qmcpy"),
+    Integrator("qmc_quad", one_by_one(partial(qmc_quad, engine=qmc.Sobol)), _replicates_exist),
+    Integrator("qmc_quad-halton", one_by_one(partial(qmc_quad, engine=qmc.Halton)), _replicates_exist),
+    Integrator("cubature", one_by_one(cubature), cubature_exists, random=False),
+    Integrator("vegas", one_by_one(vegas), lambda d, n: n >= 50, module="vegas"),
+    Integrator("qmcpy-lattice", mean_over(lattices), _replicates_exist, module="qmcpy"),
+    Integrator("qmcpy-net", mean_over(interlaced_nets), _replicates_exist, module="qmcpy"),
 )
