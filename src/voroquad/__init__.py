@@ -18,8 +18,9 @@ from ._support.version import __version__ as __version__
 if TYPE_CHECKING:
     from ._support.headers import get_cmake_dir, get_include
     from .designs.sampling import SampleSet, sample
-    from .geometry.cells import Cells, cells
+    from .geometry.cells import cells
     from .geometry.density_compensation import density_compensation
+    from .geometry.diagram import Cells
     from .geometry.neighbours import Neighbours
     from .geometry.shapes import Polygons, Polyhedra
     from .geometry.sphere import sphere_points, sphere_weights
@@ -66,7 +67,7 @@ __all__ = [
 #: Where each public name stands. A module is imported when one of its names is first used: SciPy alone takes a second.
 _HOMES = {
     "Ball": ".integrals.domains",
-    "Cells": ".geometry.cells",
+    "Cells": ".geometry.diagram",
     "IntegrationWarning": ".integrals.diagnostics",
     "Neighbours": ".geometry.neighbours",
     "PiecewiseUniform": ".integrals.measures",

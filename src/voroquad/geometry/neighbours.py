@@ -5,7 +5,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._support.arrays import Array, Integers
 from .shapes import range_of
@@ -40,7 +39,7 @@ class Neighbours:
     indices: Integers
     measures: Array
     distances: Array
-    shifts: NDArray[np.int8]
+    shifts: Integers
     border: Array
 
     def __len__(self) -> int:

@@ -6,6 +6,8 @@ import itertools
 import operator
 from dataclasses import dataclass
 
+import numpy as np
+
 from .._support.arrays import Array, Integers
 
 
@@ -31,6 +33,11 @@ class Polygons:
     def __getitem__(self, i: int) -> Array:
         """Corners (k, 2) of cell i."""
         return self.coordinates[range_of(self.offsets, i)]
+
+    def take(self, cells: Integers) -> Polygons:
+        """Some of the cells (m,), in the order given."""
+        entries, offsets = _taken(self.offsets, cells)
+        return Polygons(self.coordinates[entries], offsets)
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,6 +68,12 @@ class Polyhedra:
         ends = self.face_offsets[faces.start : faces.stop + 1]
         return [self.coordinates[first:last] for first, last in itertools.pairwise(ends.tolist())]
 
+    def take(self, cells: Integers) -> Polyhedra:
+        """Some of the cells (m,), in the order given."""
+        faces, offsets = _taken(self.offsets, cells)
+        corners, face_offsets = _taken(self.face_offsets, faces)
+        return Polyhedra(self.coordinates[corners], face_offsets, offsets)
+
 
 def range_of(offsets: Integers, i: int) -> slice:
     """Where the entries of cell i stand; negative i count from the end."""
@@ -69,3 +82,10 @@ def range_of(offsets: Integers, i: int) -> slice:
         raise IndexError(f"cell {i} of {n}")
     i = operator.index(i) % n
     return slice(int(offsets[i]), int(offsets[i + 1]))
+
+
+def _taken(offsets: Integers, rows: Integers) -> tuple[Integers, Integers]:
+    """The entries of some rows, one after another, and where each of these rows then begins."""
+    begin, size = offsets[rows], offsets[rows + 1] - offsets[rows]
+    ends = np.concatenate([[0], np.cumsum(size)])
+    return np.arange(ends[-1]) + np.repeat(begin - ends[:-1], size), ends

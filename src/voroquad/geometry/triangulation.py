@@ -39,34 +39,35 @@ class Triangulation:
 
 
 def triangulate(
-    points: Array, corners: Array, owners: Integers, sides: Array, periodic: NDArray[np.bool_]
+    points: Array, corners: Array, owners: Integers, origin: Array, vectors: Array, periodic: NDArray[np.bool_]
 ) -> Triangulation:
     """The dual of cells of points (n, d) that have corners (v, d) inside the domain, owned by cells (v,).
 
-    Corners on periodic axes of a box with sides (d, 2) lie around their points, also outside of the box.
+    The domain is spanned by vectors (d, d) from its origin, and periodic along some. Corners lie around their points,
+    also outside of it.
     """
     d = points.shape[1]
-    low, length = sides[:, 0], sides[:, 1] - sides[:, 0]
-    period = np.where(periodic, length, 0)
-    cluster, first = _clusters(points - low, period, ONE_POINT * length.max())
+    lengths = np.linalg.norm(vectors, axis=1)
+    at, sites = ((places - origin) @ np.linalg.inv(vectors) for places in (corners, points))  # in periods
+    period, same = np.where(periodic, lengths, 0), SAME * lengths.max()
+    cluster, first = _clusters(sites * lengths, period, same * ONE_POINT / SAME)
     # Across a seam the point that stands for others is the image that is near them
-    turns = np.where(periodic, np.floor((corners - low) / length), 0)
-    turns -= np.where(periodic, np.round((points - points[first[cluster]]) / length), 0)[owners]
-    owners = first[cluster][owners]
-    home = corners - np.where(periodic, np.floor((corners - low) / length), 0) * length
-    label, reference = _clusters(home - low, period, SAME * length.max())
+    turns = np.where(periodic, np.floor(at), 0)
+    home = at - turns
+    turns -= np.where(periodic, np.round(sites - sites[first[cluster]]), 0)[owners]
+    label, reference = _clusters(home * lengths, period, same)
     # Of each owner the image that has a corner at the cluster's reference
-    turns += np.where(periodic, np.round((home - home[reference[label]]) / length), 0)
-    rows = np.unique(np.column_stack([label, owners, -turns.astype(np.int64)]), axis=0)
+    turns += np.where(periodic, np.round(home - home[reference[label]]), 0)
+    rows = np.unique(np.column_stack([label, first[cluster][owners], -turns.astype(np.int64)]), axis=0)
     size = np.bincount(rows[:, 0])
     found = [rows[size[rows[:, 0]] == d + 1][:, 1:].reshape(-1, d + 1, d + 1)]
     starts = np.cumsum(size) - size
     for k in np.flatnonzero(size > d + 1):
         group = rows[starts[k] : starts[k] + size[k], 1:]
-        found.append(_pulled(group, points[group[:, 0]] + group[:, 1:] * length))
+        found.append(_pulled(group, points[group[:, 0]] + group[:, 1:] @ vectors))
     vertices = np.concatenate(found)
     simplices, shifts = vertices[..., 0], vertices[..., 1:] - vertices[:, :1, 1:]
-    places = points[simplices] + shifts * length
+    places = points[simplices] + shifts @ vectors
     negative = np.linalg.det(places[:, 1:] - places[:, :1]) < 0
     for array in (simplices, shifts):
         array[negative, -2:] = array[negative, :-3:-1]

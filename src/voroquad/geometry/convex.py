@@ -1,0 +1,120 @@
+"""Convex domains: what half-spaces leave of a box."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import linprog
+from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
+
+from .._support.arrays import Array
+from .._support.checks import real_numbers
+from .bounds import Bounds
+
+#: How far a vertex may lie inside the hull of the others, relative to their extent, and pass for one on its border
+FLAT = 1e-12
+
+
+class ConvexDomain(Bounds):
+    """A convex polygon or polytope in the box around it.
+
+    Parameters
+    ----------
+    vertices : ndarray, (k, d), d = 2 or 3
+        Points on the border of the domain, in any order, which is their convex hull.
+    """
+
+    def __init__(self, vertices: Array):
+        low, high = vertices.min(axis=0), vertices.max(axis=0)
+        super().__init__(vertices.shape[1], np.stack([low, high], axis=-1))
+        middle, extent = (low + high) / 2, (high - low).max()
+        hull = ConvexHull((vertices - middle) / extent)
+        self.volume = float(hull.volume) * extent**self.d
+        normals = hull.equations[:, :-1]
+        # An offset by which no vertex lies outside, whatever Qhull has rounded
+        self._walls = np.column_stack([normals, (vertices @ normals.T).max(axis=0)])
+        self._extent = float(extent)
+
+    @property
+    def region(self) -> tuple[Array, NDArray[np.bool_], Array]:
+        """The sides, the axes and the walls (m, d + 1) as the core takes them."""
+        normals, offsets = self._walls[:, :-1], self._walls[:, -1]
+        offsets = np.ldexp(offsets - normals @ self._offset, -self._exponent)
+        return *self.in_core, np.column_stack([normals, offsets])
+
+    def depth(self, places: Array) -> Array:
+        """Distance (...,) of places (..., d) from the border, where that is less than from any corner."""
+        return (self._walls[:, -1] - places @ self._walls[:, :-1].T).min(axis=-1)
+
+    def _refuse_outside(self, points: Array, dtype: np.dtype[Any], name: str) -> None:
+        super()._refuse_outside(points, dtype, name)
+        slack = 16 * np.finfo(dtype).eps * np.abs(self.sides).max()
+        outside = np.argwhere(self.depth(points) < -slack)
+        if len(outside):
+            first = tuple(outside[0].tolist())
+            index = first[0] if len(first) == 1 else first
+            raise ValueError(f"{name}[{index}] = {points[first].tolist()} is outside the domain; {self._remedy()}")
+
+    def _remedy(self) -> str:
+        return "drop the point or give a larger domain"
+
+
+def from_vertices(vertices: ArrayLike, d: int) -> ConvexDomain:
+    """The convex polygon or polytope with vertices (k, d); each must be on its border."""
+    given = real_numbers("domain", vertices)
+    if given.ndim != 2 or given.shape[1] != d or d not in (2, 3):
+        raise ValueError(f"domain has vertices of shape {given.shape}, the points need (k, {d}) with d = 2 or 3")
+    _refuse_flat(given)
+    domain = ConvexDomain(given)
+    depth = domain.depth(given)
+    inner = int(depth.argmax())
+    if depth[inner] > FLAT * np.ptp(given, axis=0).max():
+        raise ValueError(
+            f"domain[{inner}] = {given[inner].tolist()} is inside the convex hull of the others; drop it, or for a "
+            "polygon that is not convex pass shapely.Polygon(vertices)"
+        )
+    return domain
+
+
+def from_half_spaces(normals: ArrayLike, offsets: ArrayLike, d: int) -> ConvexDomain:
+    """The convex polygon or polytope of all x with normals (m, d) @ x ≤ offsets (m,)."""
+    a, b = real_numbers("domain[0]", normals), real_numbers("domain[1]", offsets)
+    if a.ndim != 2 or a.shape[1] != d or b.shape != a.shape[:1] or d not in (2, 3):
+        raise ValueError(
+            f"domain=(A, b) has shapes {a.shape} and {b.shape}; the half-spaces A x <= b need (m, {d}) and (m,), "
+            "with d = 2 or 3"
+        )
+    length = np.linalg.norm(a, axis=1)
+    if not (np.isfinite(a).all() and np.isfinite(b).all() and length.all()):
+        raise ValueError("domain=(A, b): each half-space needs a finite normal that is not 0, and a finite offset")
+    a, b = a / length[:, None], b / length
+    # The middle of the largest ball that fits in
+    widest = linprog([0.0] * d + [-1.0], A_ub=np.column_stack([a, np.ones(len(a))]), b_ub=b, bounds=(None, None))
+    if widest.status == 3:
+        raise ValueError("domain=(A, b) is not bounded; add half-spaces")
+    if widest.x is None or widest.x[-1] <= 0:
+        raise ValueError("domain=(A, b) has no inside; check the signs: all x with A x <= b are meant")
+    try:
+        corners = HalfspaceIntersection(np.column_stack([a, -b]), widest.x[:-1]).intersections
+    except QhullError:  # too few for a bounded domain
+        corners = np.full((1, d), np.inf)
+    if not np.isfinite(corners).all():
+        raise ValueError("domain=(A, b) is not bounded; add half-spaces")
+    _refuse_flat(corners)
+    return ConvexDomain(corners)
+
+
+def _refuse_flat(vertices: Array) -> None:
+    d = vertices.shape[1]
+    if not np.isfinite(vertices).all():
+        raise ValueError("domain has vertices that are not finite; drop them")
+    try:
+        extent = np.ptp(vertices, axis=0).max()
+        flat = len(vertices) <= d or ConvexHull((vertices - vertices.mean(axis=0)) / extent).volume < FLAT
+    except (QhullError, ZeroDivisionError):
+        flat = True
+    if flat:
+        what = "area; give three vertices" if d == 2 else "volume; give four vertices"
+        raise ValueError(f"domain has no {what} or more, not all on one line or plane")

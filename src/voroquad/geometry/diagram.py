@@ -1,0 +1,268 @@
+"""Voronoi cells of a set of points: what is asked of them."""
+
+from __future__ import annotations
+
+import itertools
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .. import _core
+from .._support.arrays import Array
+from .._support.checks import real_numbers
+from .._support.extras import install_hint
+from .bounds import Bounds
+from .neighbours import Neighbours
+from .shapes import Polygons, Polyhedra
+from .triangulation import SAME, Triangulation, triangulate
+
+
+class Cells:
+    """The Voronoi cells of one set of points or of a batch of sets; made by :func:`cells`."""
+
+    def __init__(self, points: Array, bounds: Bounds, threads: int):
+        self._points = points  # in the core's coordinates
+        self._bounds = bounds
+        self._threads = threads
+        # What has been computed. No lock: threads that ask at the same time may compute it twice, and a child forked
+        # meanwhile waits for nobody.
+        self._measures: Array | None = None
+        self._centroids: Array | None = None
+        self._polygons: Polygons | None = None
+        self._polyhedra: Polyhedra | None = None
+
+    @property
+    def points(self) -> Array:
+        """The points (n, d) or (sets, n, d), on periodic axes below the upper end."""
+        return self._bounds.from_core(self._points)
+
+    @property
+    def bounds(self) -> Array:
+        """Lower and upper end (d, 2) of the box's sides."""
+        return self._bounds.sides.copy()
+
+    @property
+    def periodic(self) -> bool | tuple[bool, ...]:
+        """Whether the axes are periodic: one answer where it is the same for all, else one for each."""
+        axes = tuple(self._bounds.periodic.tolist())
+        return axes[0] if len(set(axes)) == 1 else axes
+
+    @property
+    def measures(self) -> Array:
+        """Length, area or volume (n,) of each point's cell; (sets, n) for a batch. Those of a set sum to the box's."""
+        if self._measures is None:
+            self._measures = self._measure()
+        return self._measures
+
+    @property
+    def centroids(self) -> Array:
+        """Centre of mass (n, d) of each point's cell; of one set. On periodic axes it may lie outside the box."""
+        self._one_set("centroids")
+        if self._centroids is None:
+            self._centroids = self._find_centroids()
+        return self._centroids
+
+    def intervals(self) -> Array:
+        """Ends (n, 2) of each point's cell, d = 1; on a periodic axis they may lie outside the bounds."""
+        return self._bounds.from_core(_core.intervals(self._one_set("intervals", 1), *self._bounds.in_core))
+
+    def polygons(self) -> list[Array]:
+        """Corners (k, 2) of each point's cell, counter-clockwise, d = 2.
+
+        On periodic axes a cell is not cut at the border of the box, so corners may lie outside it.
+        Points that coincide each get the cell that they share.
+        """
+        arrays = self.polygon_arrays()
+        return np.split(arrays.coordinates, arrays.offsets[1:-1])
+
+    def polygon(self, i: int) -> Array:
+        """Corners (k, 2) of the cell of point i, counter-clockwise, d = 2."""
+        return self.polygon_arrays()[i]
+
+    def polygon_arrays(self) -> Polygons:
+        """Corners of all cells in one array, and where those of each cell begin, d = 2."""
+        self._one_set("polygons", 2)
+        if self._polygons is None:
+            self._polygons = self._cut_polygons()
+        return self._polygons
+
+    def geometries(self) -> NDArray[np.object_]:
+        """The cells (n,) as polygons of Shapely, d = 2: for GeoPandas, ``GeoSeries(cells.geometries(), crs=...)``.
+
+        Needs the extra ``geo``.
+        """
+        try:
+            import shapely
+        except ImportError as error:
+            raise ImportError(f"geometries needs Shapely; {install_hint('geo')}") from error
+        polygons = Cells.polygon_arrays(self)
+        # A cell of fewer than three corners has no area, and Shapely's rings are closed
+        each = (polygons[i] for i in range(len(polygons)))
+        rings = [polygon if len(polygon) > 2 else np.repeat(polygon[:1], 3, axis=0) for polygon in each]
+        return np.array([shapely.Polygon(ring) for ring in rings], dtype=object)
+
+    def polyhedra(self) -> list[list[Array]]:
+        """Faces of each point's cell, d = 3; each face its corners (k, 3), counter-clockwise from outside.
+
+        On periodic axes a cell is not cut at the border of the box. Points that coincide each get the
+        cell that they share.
+        """
+        arrays = self.polyhedron_arrays()
+        faces = np.split(arrays.coordinates, arrays.face_offsets[1:-1])
+        return [faces[first:last] for first, last in itertools.pairwise(arrays.offsets.tolist())]
+
+    def polyhedron(self, i: int) -> list[Array]:
+        """Faces of the cell of point i, each its corners (k, 3), counter-clockwise from outside, d = 3."""
+        return self.polyhedron_arrays()[i]
+
+    def polyhedron_arrays(self) -> Polyhedra:
+        """Corners of all faces in one array, where those of each face and the faces of each cell begin, d = 3."""
+        self._one_set("polyhedra", 3)
+        if self._polyhedra is None:
+            self._polyhedra = self._cut_polyhedra()
+        return self._polyhedra
+
+    def locate(self, x: ArrayLike) -> NDArray[np.int64]:
+        """Index of the point whose cell holds x: of the nearest point by the distances of the box or torus.
+
+        Parameters
+        ----------
+        x : array_like, (m, d), (d,) for one place, or (m,) if d = 1
+            Places of the domain.
+
+        Returns
+        -------
+        ndarray of int, (m,)
+            Indices; of points that are equally near, as distances are rounded, the lowest. Shape () for one place.
+
+        Examples
+        --------
+        >>> import voroquad as vq
+        >>> vq.cells([[0.1, 0.5], [0.6, 0.5]], periodic=True).locate([[0.3, 0.1], [0.95, 0.7]])
+        array([0, 0])
+        """
+        d = self._one_set("locate").shape[-1]
+        places = real_numbers("x", x)
+        rows = places[..., None] if d == 1 and places.ndim < 2 else places
+        if rows.ndim not in (1, 2) or rows.shape[-1] != d:
+            raise ValueError(f"x must have shape (m, {d}) or ({d},), got {places.shape}")
+        nearest = self._locate(np.asarray(x).reshape(-1, d))  # in its own type
+        return nearest.astype(np.int64).reshape(rows.shape[:-1])
+
+    def neighbours(self) -> Neighbours:
+        """Which cells share a face, how large it is and how far apart their points are; of one set.
+
+        Returns
+        -------
+        Neighbours
+            Compressed sparse rows (CSR): `indptr` (n + 1,), `indices` (m,), and for each entry the length or area of
+            the face (`measures`), the `distances` of the two points and on periodic axes the `shifts` (m, d) in
+            periods of the image that is met. Faces on the border of the domain have no entry: `border` (n,) has what
+            of each cell lies there. So ``measures`` of a row and ``border`` add up to the cell's surface.
+
+        Notes
+        -----
+        Both cells list the same face; of less than 1e-12 of their surfaces it is left out: cells that touch in a corner
+        or an edge, as on a lattice, are not neighbours. Of points that coincide the first has all entries. From afar
+        two clusters that are narrower than 1e-14 of their distance look like points: which of theirs have a face
+        between them is left to rounding.
+
+        Examples
+        --------
+        >>> import voroquad as vq
+        >>> near = vq.cells([[0.25, 0.5], [0.75, 0.25], [0.75, 0.75]]).neighbours()
+        >>> near[0].tolist(), near.distances[:2].round(3), near.border
+        ([1, 2], array([0.559, 0.559]), array([1.625 , 1.1875, 1.1875]))
+        >>> from scipy.sparse import csr_array
+        >>> csr_array((near.measures / near.distances, near.indices, near.indptr)).shape  # of a finite volume scheme
+        (3, 3)
+        """
+        self._one_set("neighbours")
+        return self._find_neighbours()
+
+    def triangulation(self) -> Triangulation:
+        """The Delaunay triangulation: simplices between points whose cells meet in a corner; d = 2 or 3, of one set.
+
+        Returns
+        -------
+        Triangulation
+            ``simplices`` (m, d + 1), and on periodic axes the ``shifts`` (m, d + 1, d) of their corners in periods.
+
+        Notes
+        -----
+        Cells end at the border of the domain. So simplices are those of the Delaunay triangulation whose circumcentre
+        lies inside the domain; on a torus these are all. Where more than d + 1 cells meet in a corner, to within 1e-12
+        of the longest side, their points lie on a circle or sphere, and any triangulation of their convex hull is a
+        Delaunay triangulation: it is drawn from the point with the lowest index. Of points nearer to each other than
+        1e-9 of the longest side the first stands for all.
+
+        Examples
+        --------
+        >>> import voroquad as vq
+        >>> vq.cells([[0.2, 0.2], [0.8, 0.2], [0.8, 0.8], [0.2, 0.8]]).triangulation().simplices
+        array([[0, 1, 2],
+               [0, 2, 3]])
+        """
+        d = self._one_set("triangulation").shape[-1]
+        if d == 1:
+            raise ValueError("triangulation needs points in d = 2 or 3; on a line neighbours() has the pairs")
+        if d == 2:
+            polygons = self.polygon_arrays()
+            corners, count = polygons.coordinates, np.diff(polygons.offsets)
+        else:
+            polyhedra = self.polyhedron_arrays()
+            corners, count = polyhedra.coordinates, np.diff(polyhedra.face_offsets[polyhedra.offsets])
+        return self._triangulate(corners, np.repeat(np.arange(len(count)), count))
+
+    def _one_set(self, what: str, d: int | None = None) -> Array:
+        if self._points.ndim != 2 or d not in (None, self._points.shape[-1]):
+            raise ValueError(f"{what} needs one set of points (n, {d or 'd'}), got shape {self._points.shape}")
+        return self._points[None]
+
+    # What follows is for boxes and convex domains; other domains have classes of their own.
+
+    def _measure(self) -> Array:
+        batch = self._points if self._points.ndim == 3 else self._points[None]
+        measures = self._bounds.measures_from_core(_core.measures(batch, *self._bounds.region, self._threads))
+        return measures if self._points.ndim == 3 else measures[0]
+
+    def _radii(self) -> Array:
+        """Distance (n,) from each point to the farthest corner of its cell."""
+        radii = _core.radii(self._points[None], *self._bounds.region, self._threads)
+        return self._bounds.measures_from_core(radii, 1)
+
+    def _find_centroids(self) -> Array:
+        points = self._points[None]
+        if points.shape[-1] == 1:
+            centroids = _core.intervals(points, *self._bounds.in_core).mean(axis=1, keepdims=True)
+        else:
+            centroids = _core.centroids(points, *self._bounds.region, self._threads)
+        return self._bounds.from_core(centroids)
+
+    def _cut_polygons(self) -> Polygons:
+        coordinates, offsets = _core.polygons(self._points[None], *self._bounds.region)
+        return Polygons(self._bounds.from_core(coordinates), offsets.astype(np.int64))
+
+    def _cut_polyhedra(self) -> Polyhedra:
+        coordinates, faces, offsets = _core.polyhedra(self._points[None], *self._bounds.region)
+        coordinates = self._bounds.from_core(coordinates)
+        return Polyhedra(coordinates, faces.astype(np.int64), offsets.astype(np.int64))
+
+    def _locate(self, places: NDArray[Any]) -> NDArray[Any]:
+        inside = self._bounds.to_core(places, "x")
+        return _core.nearest(self._points[None], inside[None], *self._bounds.in_core, self._threads)
+
+    def _find_neighbours(self) -> Neighbours:
+        box, d = self._bounds, self._points.shape[-1]
+        found = _core.neighbours(self._points[None], *box.region, self._threads)
+        indptr, indices, measures, distances, shifts, border = found
+        measures, border = (box.measures_from_core(values, d - 1) for values in (measures, border))
+        distances = box.measures_from_core(distances, 1)
+        return Neighbours(indptr, indices, measures, distances, shifts.astype(np.int64), border)
+
+    def _triangulate(self, corners: Array, owners: NDArray[np.int64]) -> Triangulation:
+        low, high = self._bounds.sides.T
+        inside = self._bounds.depth(corners) > SAME * (high - low).max()
+        vectors = np.diag(high - low)
+        return triangulate(self.points, corners[inside], owners[inside], low, vectors, self._bounds.periodic)

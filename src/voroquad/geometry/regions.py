@@ -1,0 +1,124 @@
+"""Polygons with holes as domains, by Shapely."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias, cast
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from .._support.arrays import Array
+from .._support.checks import point_array
+from .._support.extras import install_hint
+from .bounds import Bounds
+from .diagram import Cells
+from .neighbours import Neighbours
+from .shapes import Polygons
+
+if TYPE_CHECKING:
+    import shapely
+
+Region: TypeAlias = "shapely.Polygon | shapely.MultiPolygon"
+
+#: How far outside a polygon a point may lie, relative to its coordinates, and pass for one on its border
+ON_BORDER = 1e-14
+
+
+def is_region(domain: Any) -> bool:
+    """Whether a domain is a geometry of Shapely, GeoPandas or another package with ``__geo_interface__``."""
+    return hasattr(domain, "__geo_interface__") or (isinstance(domain, dict) and "type" in domain)
+
+
+def region_of(domain: Any) -> Region:
+    """A polygon or multipolygon from anything with ``__geo_interface__``; the union of a collection's."""
+    try:
+        import shapely
+        from shapely.geometry import shape
+    except ImportError as error:
+        raise ImportError(f"polygons as domains need Shapely; {install_hint('geo')}") from error
+    if isinstance(domain, shapely.Geometry):
+        region = cast("Region", domain)
+    else:
+        given = domain if isinstance(domain, dict) else domain.__geo_interface__
+        parts = given["features"] if given["type"] == "FeatureCollection" else [given]
+        region = cast("Region", shapely.union_all([shape(part.get("geometry", part)) for part in parts]))
+    if not region.is_valid:
+        raise ValueError(f"domain is not valid: {shapely.is_valid_reason(region)}; shapely.make_valid mends it")
+    if region.geom_type not in ("Polygon", "MultiPolygon") or region.area == 0:
+        raise ValueError(f"domain is a {region.geom_type} of area {region.area:g}; give a polygon or a multipolygon")
+    return region
+
+
+class RegionCells(Cells):
+    """What a polygon with holes holds of the cells of points in it.
+
+    Distances are straight, also across holes and bays: a cell may come in pieces.
+    """
+
+    def __init__(self, points: ArrayLike, region: Region, threads: int):
+        import shapely
+
+        given = point_array(points)
+        if given.ndim != 2 or given.shape[1] != 2:
+            raise ValueError(f"a polygon as domain needs one set of points (n, 2), got shape {given.shape}")
+        west, south, east, north = region.bounds
+        box = Bounds(2, [(west, east), (south, north)])
+        shapely.prepare(region)
+        outside = np.flatnonzero(~shapely.intersects_xy(region, *given.T))
+        far = shapely.distance(region, shapely.points(given[outside])) > ON_BORDER * np.abs(region.bounds).max()
+        if far.any():
+            first = int(outside[far.argmax()])
+            raise ValueError(f"points[{first}] = {given[first].tolist()} is outside the polygon; drop it")
+        super().__init__(box.to_core(points), box, threads)
+        self._region = region
+        self._pieces: NDArray[np.object_] | None = None
+
+    def geometries(self) -> NDArray[np.object_]:
+        """The cells (n,) as geometries of Shapely: polygons, or several where the domain cuts a cell into pieces."""
+        import shapely
+
+        if self._pieces is None:
+            whole = super().geometries()
+            inner = shapely.contains_properly(self._region, whole)
+            pieces = whole.copy()
+            pieces[~inner] = _areas(shapely.intersection(whole[~inner], self._region))
+            self._pieces = pieces
+        return self._pieces
+
+    def _measure(self) -> Array:
+        import shapely
+
+        _, first, counts = np.unique(self._points, axis=0, return_inverse=True, return_counts=True)
+        return np.asarray(shapely.area(self.geometries()) / counts[first.reshape(-1)])
+
+    def _find_centroids(self) -> Array:
+        import shapely
+
+        centroids = shapely.get_coordinates(shapely.centroid(self.geometries()))
+        if len(centroids) != len(self._points):
+            raise ValueError("centroids: a cell has no area in the domain; drop points that coincide with the border")
+        return np.asarray(centroids)
+
+    def polygon_arrays(self) -> Polygons:
+        """Refused: cells may come in pieces."""
+        self._refuse("polygons")
+
+    def _find_neighbours(self) -> Neighbours:
+        self._refuse("neighbours")
+
+    def _refuse(self, what: str) -> NoReturn:
+        raise ValueError(
+            f"cells in a polygon may come in pieces, and have no {what}; geometries() has them as Shapely's, and a "
+            "convex domain given by its vertices (k, 2) has all"
+        )
+
+
+def _areas(parts: Any) -> NDArray[np.object_]:
+    """What has an area of each geometry: a cell may also touch the domain in points and lines."""
+    import shapely
+
+    parts = np.asarray(parts, dtype=object)
+    for i in np.flatnonzero(shapely.get_type_id(parts) == shapely.GeometryType.GEOMETRYCOLLECTION):
+        pieces = shapely.get_parts(parts[i])
+        parts[i] = shapely.union_all(pieces[shapely.area(pieces) > 0])
+    return parts

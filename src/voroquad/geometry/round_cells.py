@@ -1,0 +1,83 @@
+"""Voronoi cells in a disc, ball or cylinder: their measures."""
+
+from __future__ import annotations
+
+from typing import NoReturn
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from .. import _core
+from .._support.arrays import Array
+from .._support.checks import point_array
+from .bounds import Bounds
+from .diagram import Cells
+from .neighbours import Neighbours
+from .shapes import Polygons, Polyhedra
+
+#: By how much the sides of the box around a circle may differ, relatively
+ROUND = 1e-12
+
+
+class RoundCells(Cells):
+    """What a ball, or a cylinder about the third axis, holds of cells; it touches the sides of its box.
+
+    Such pieces have curved borders: they have measures, and no corners.
+    """
+
+    def __init__(self, points: ArrayLike, box: Bounds, shape: str, threads: int):
+        axes = box.d if shape == "ball" else 2
+        sides = box.sides[:axes]
+        length = sides[:, 1] - sides[:, 0]
+        if shape == "cylinder" and box.d != 3:
+            raise ValueError(f"domain='cylinder' needs points in d = 3, got d = {box.d}; a disc is domain='ball'")
+        if box.d == 1:
+            raise ValueError("domain='ball' needs points in d = 2 or 3; on a line give bounds=")
+        if np.ptp(length) > ROUND * length.max():
+            raise ValueError(f"bounds {sides.tolist()}: a {shape} touches its box, so that these sides must be equal")
+        if box.periodic[:axes].any():
+            raise ValueError(f"periodic {box.periodic.tolist()}: axes across a {shape} are not periodic")
+        super().__init__(box.to_core(points), box, threads)
+        self._shape = shape
+        self._centre, self._radius = sides.mean(axis=1), float(length.max() / 2)
+        distance = np.linalg.norm(point_array(points)[..., :axes] - self._centre, axis=-1)
+        outside = np.argwhere(distance > self._radius * (1 + ROUND))
+        if len(outside):
+            first = tuple(outside[0].tolist())
+            index = first[0] if len(first) == 1 else first
+            raise ValueError(f"points[{index}] = {self.points[first].tolist()} is outside the {shape}; drop it")
+
+    def _measure(self) -> Array:
+        batch = self._points if self._points.ndim == 3 else self._points[None]
+        one = self._in_ball if self._shape == "ball" else self._in_cylinder
+        measures = np.array([one(points) for points in batch])
+        return measures if self._points.ndim == 3 else measures[0]
+
+    def _in_ball(self, points: Array) -> Array:
+        diameter = 2 * self._radius
+        at = np.clip((self._bounds.from_core(points) - self._centre) / diameter + 0.5, 0, 1)
+        return diameter**self._bounds.d * _core.measures_in_ball(at[None], self._threads)
+
+    def _in_cylinder(self, points: Array) -> Array:
+        centred = self._bounds.from_core(points)
+        centred[:, :2] -= self._centre
+        sides = np.concatenate([np.tile([-self._radius, self._radius], (2, 1)), self._bounds.sides[2:]])
+        box = Bounds(3, sides, self._bounds.periodic)
+        inside = box.to_core(np.clip(centred, *sides.T))
+        radius = box.length_in_core(self._radius)
+        return box.measures_from_core(_core.measures_in_cylinder(inside[None], *box.in_core, radius, self._threads))
+
+    def _find_centroids(self) -> Array:
+        self._refuse("centroids")
+
+    def _cut_polygons(self) -> Polygons:
+        self._refuse("polygons")
+
+    def _cut_polyhedra(self) -> Polyhedra:
+        self._refuse("polyhedra")
+
+    def _find_neighbours(self) -> Neighbours:
+        self._refuse("neighbours")
+
+    def _refuse(self, what: str) -> NoReturn:
+        raise ValueError(f"cells in a {self._shape} have measures, no {what}; leave out domain= for those in the box")

@@ -1,0 +1,158 @@
+"""Cells on triclinic lattices: Qhull with repeated points, and what holds for any set."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from any_points import any_set
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.spatial import ConvexHull, Voronoi
+
+import voroquad as vq
+from voroquad.geometry.lattice import Lattice
+
+
+def random_lattice(rng: np.random.Generator, d: int) -> np.ndarray:
+    """Rows of any shape, then sheared and in no order."""
+    while True:
+        vectors = rng.normal(size=(d, d))
+        if abs(np.linalg.det(vectors)) > 0.1 * np.prod(np.linalg.norm(vectors, axis=1)):
+            return vectors
+
+
+def sheared(rng: np.random.Generator, vectors: np.ndarray) -> np.ndarray:
+    """Other vectors of the same lattice."""
+    d = len(vectors)
+    steps = np.eye(d, dtype=int)
+    for _ in range(3):
+        i, k = rng.permutation(d)[:2]
+        steps[i] += rng.integers(-4, 5) * steps[k]
+    return steps @ vectors
+
+
+def repeated_measures(points: np.ndarray, vectors: np.ndarray) -> np.ndarray:
+    shifts = np.array(sorted(itertools.product(range(-3, 4), repeat=len(vectors)), key=np.linalg.norm))
+    diagram = Voronoi(np.concatenate([points + shift @ vectors for shift in shifts]))
+    regions = (diagram.regions[diagram.point_region[i]] for i in range(len(points)))
+    return np.array([ConvexHull(diagram.vertices[region]).volume for region in regions])
+
+
+@given(d=st.integers(2, 3), n=st.integers(1, 12), seed=st.integers(0, 2**32))
+def test_equals_qhull_on_repeated_points(d, n, seed):
+    rng = np.random.default_rng(seed)
+    vectors = Lattice(random_lattice(rng, d)).reduced
+    points = rng.random((n, d)) @ vectors
+    theirs = repeated_measures(points, vectors)
+    anywhere = points + rng.integers(-3, 4, (n, d)) @ vectors
+    ours = vq.cells(anywhere, cell=sheared(rng, vectors))
+    np.testing.assert_allclose(ours.measures, theirs, rtol=0, atol=1e-9 * theirs.sum())
+
+
+@given(points=any_set(max_size=15).filter(lambda x: x.shape[1] > 1), seed=st.integers(0, 2**32))
+def test_of_any_set_fill_the_cell(points, seed):
+    rng = np.random.default_rng(seed)
+    d = points.shape[1]
+    vectors = sheared(rng, random_lattice(rng, d))
+    volume = abs(np.linalg.det(vectors))
+    cells = vq.cells(points @ vectors, cell=vectors)
+    assert (cells.measures >= 0).all()
+    assert cells.measures.sum() == pytest.approx(volume, rel=1e-12)
+    assert cells.centroids.shape == points.shape
+
+
+@given(d=st.integers(2, 3), n=st.integers(1, 30), seed=st.integers(0, 2**32))
+def test_neighbours_and_triangulation(d, n, seed):
+    rng = np.random.default_rng(seed)
+    vectors = sheared(rng, random_lattice(rng, d))
+    cells = vq.cells(rng.random((n, d)) @ vectors, cell=vectors)
+    near = cells.neighbours()
+    way = cells.points[near.indices] + near.shifts @ vectors - cells.points[near.rows]
+    size = np.abs(vectors).max()
+    np.testing.assert_allclose(np.linalg.norm(way, axis=1), near.distances, rtol=0, atol=1e-11 * size)
+    cones = np.bincount(near.rows, near.measures * near.distances / (2 * d), n)
+    np.testing.assert_allclose(cones, cells.measures, rtol=1e-9)
+    there = list(zip(near.rows, near.indices, map(tuple, near.shifts), near.measures, near.distances, strict=True))
+    back = [(j, i, tuple(-k for k in shift), m, s) for i, j, shift, m, s in there]
+    assert sorted(there) == sorted(back) == there
+    dual = cells.triangulation()
+    corners = cells.points[dual.simplices] + dual.shifts @ vectors
+    filled = np.linalg.det(corners[:, 1:] - corners[:, :1]) / (2 if d == 2 else 6)
+    assert filled.sum() == pytest.approx(abs(np.linalg.det(vectors)), rel=1e-9)
+    assert filled.min() > 0
+
+
+def test_on_a_cube_equals_the_torus():
+    points = np.random.default_rng(4).random((300, 3))
+    lattice, torus = vq.cells(points, cell=np.eye(3)), vq.cells(points, periodic=True)
+    np.testing.assert_allclose(lattice.measures, torus.measures, rtol=1e-12)
+    np.testing.assert_allclose(lattice.centroids, torus.centroids, atol=1e-12)
+    for name in ("indptr", "indices", "shifts"):
+        np.testing.assert_array_equal(getattr(lattice.neighbours(), name), getattr(torus.neighbours(), name))
+    assert [len(faces) for faces in lattice.polyhedra()] == [len(faces) for faces in torus.polyhedra()]
+    np.testing.assert_array_equal(lattice.locate(points + 5), np.arange(300))
+
+
+def test_hexagons():
+    cells = vq.cells([[0.2, 0.7]], cell=[(1, 0), (7.5, 3**0.5 / 2)])
+    polygon = cells.polygon(0)
+    np.testing.assert_allclose(np.linalg.norm(polygon - cells.points[0], axis=1), 3**-0.5)
+    assert len(polygon) == 6
+    assert cells.periodic is True
+    np.testing.assert_allclose(cells.neighbours().distances, 1)
+    np.testing.assert_array_equal(cells.lattice, [(1, 0), (7.5, 3**0.5 / 2)])
+
+
+def test_locates_across_seams_and_takes_the_first_of_equals():
+    cells = vq.cells([[0.25, 0.25], [0.75, 0.25]], cell=[(1, 0), (3, 1)])
+    np.testing.assert_array_equal(cells.locate([[0.95, 0.3], [0.5, 0.25], [1.0, 0.25], [-7.7, 12.2]]), [1, 0, 0, 0])
+
+
+def test_on_a_line_is_a_circle():
+    np.testing.assert_allclose(vq.cells([0.5, 6.0], cell=[[-4.0]]).measures, [2, 2])
+
+
+def test_of_batches_are_the_measures():
+    batch = np.random.default_rng(1).random((3, 10, 2))
+    vectors = [(1, 0.2), (0.4, 1)]
+    measures = vq.cells(batch, cell=vectors).measures
+    np.testing.assert_array_equal(measures, [vq.cells(points, cell=vectors).measures for points in batch])
+
+
+@given(d=st.integers(2, 3), seed=st.integers(0, 2**32))
+def test_vectors_are_reduced(d, seed):
+    rng = np.random.default_rng(seed)
+    lattice = Lattice(sheared(rng, random_lattice(rng, d)))
+    assert abs(round(np.linalg.det(lattice.steps))) == 1
+    lengths = np.linalg.norm(lattice.reduced, axis=1)
+    assert (np.diff(lengths) >= 0).all()
+    for counts in itertools.product((-1, 0, 1), repeat=d):  # Minkowski's conditions
+        last = max((k for k in range(d) if counts[k]), default=None)
+        if last is not None:
+            assert np.linalg.norm(counts @ lattice.reduced) >= lengths[last] * (1 - 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("cell", "message"),
+    [
+        (np.eye(3), "cell has 3 lattice vectors, the points have d = 2"),
+        ([[1, 0], [2, 0]], "the rows must be finite vectors, not all in one line or plane"),
+        ([[1, 0], [0, np.inf]], "the rows must be finite vectors"),
+        ([1, 2], r"cell has shape \(2,\); give d = 1, 2 or 3 lattice vectors"),
+        ([[1, 0], [0, 1e-6]], "for boxes take bounds= and periodic=True"),
+    ],
+)
+def test_refuses(cell, message):
+    with pytest.raises(ValueError, match=message):
+        vq.cells([[0.2, 0.2]], cell=cell)
+
+
+def test_refuses_what_has_no_sides():
+    with pytest.raises(ValueError, match="cells of a lattice have no bounds"):
+        _ = vq.cells([[0.2, 0.2]], cell=np.eye(2)).bounds
+    with pytest.raises(ValueError, match="cell= says where cells end; leave out periodic="):
+        vq.cells([[0.2, 0.2]], cell=np.eye(2), periodic=[True, False])
+    with pytest.raises(ValueError, match=r"points\[1\] is not finite"):
+        vq.cells([[0.2, 0.2], [np.nan, 0]], cell=np.eye(2))

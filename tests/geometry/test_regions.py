@@ -1,0 +1,133 @@
+"""Cells in polygons with holes, against the Voronoi diagram of GEOS."""
+
+from __future__ import annotations
+
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from any_points import any_set
+from hypothesis import given
+from hypothesis import strategies as st
+
+import voroquad as vq
+
+shapely = pytest.importorskip("shapely")
+
+# A square with a bay and a hole
+BAY = shapely.box(0, 0, 1, 1).difference(shapely.box(0.4, 0.5, 0.6, 1)).difference(shapely.box(0.2, 0.2, 0.4, 0.3))
+
+
+def random_region(rng: np.random.Generator):
+    blobs = [shapely.Point(*rng.uniform(0, 4, 2)).buffer(rng.uniform(0.5, 2), 5) for _ in range(4)]
+    region = shapely.union_all(blobs[:3])
+    rest = region.difference(shapely.Point(*rng.uniform(0, 4, 2)).buffer(0.7, 3))
+    return rest if rest.area > 1 else region
+
+
+def points_in(rng: np.random.Generator, region, n: int) -> np.ndarray:
+    west, south, east, north = region.bounds
+    points = rng.uniform((west, south), (east, north), (40 * n, 2))
+    return points[shapely.contains_xy(region, *points.T)][:n]
+
+
+@given(n=st.integers(2, 60), seed=st.integers(0, 2**32))
+def test_equals_geos(n, seed):
+    rng = np.random.default_rng(seed)
+    region = random_region(rng)
+    points = points_in(rng, region, n)
+    cells = vq.cells(points, domain=region)
+    assert cells.measures.sum() == pytest.approx(region.area, rel=1e-12)
+    theirs = shapely.voronoi_polygons(shapely.MultiPoint(points), extend_to=region, ordered=True)
+    areas = shapely.area(shapely.intersection(shapely.get_parts(theirs), region))
+    np.testing.assert_allclose(cells.measures, areas, atol=1e-7 * region.area)
+    np.testing.assert_allclose(
+        cells.measures @ cells.centroids / region.area, shapely.get_coordinates(region.centroid)[0], atol=1e-9
+    )
+
+
+@given(points=any_set().filter(lambda x: x.shape[1] == 2))
+def test_of_any_set_fill_the_polygon(points):
+    inside = points[shapely.intersects_xy(BAY, *points.T)]
+    if not len(inside):
+        return
+    measures = vq.cells(inside, domain=BAY).measures
+    assert (measures >= 0).all()
+    assert measures.sum() == pytest.approx(BAY.area, abs=1e-12)
+
+
+def test_cells_in_pieces():
+    cells = vq.cells([[0.3, 0.6], [0.9, 0.1], [0.3, 0.6]], domain=BAY)
+    pieces = cells.geometries()
+    np.testing.assert_allclose(cells.measures[0] + cells.measures[2], pieces[0].area, rtol=1e-14)
+    assert cells.measures[0] == cells.measures[2]
+    one = vq.cells([[0.5, 0.45], [0.5, 0.1]], bounds=(0, 1), domain=None).geometries()
+    assert [g.area for g in one] == pytest.approx([0.725, 0.275])
+    bar = shapely.box(0, 0.8, 1, 1).union(shapely.box(0, 0, 1, 0.5))
+    top = vq.cells([[0.5, 0.45], [0.1, 0.9], [0.9, 0.9]], domain=bar)
+    assert top.geometries()[0].geom_type == "MultiPolygon"  # below, and a corner between the two above
+    np.testing.assert_array_equal(cells.locate([[0.9, 0.2]]), [1])
+
+
+def test_a_convex_polygon_is_the_same_by_both_ways():
+    corners = [(0, 0), (2, 0), (2.5, 1), (1, 3)]
+    points = points_in(np.random.default_rng(2), shapely.Polygon(corners), 200)
+    ours, theirs = vq.cells(points, domain=corners), vq.cells(points, domain=shapely.Polygon(corners))
+    np.testing.assert_allclose(ours.measures, theirs.measures, atol=1e-12)
+    np.testing.assert_allclose(ours.centroids, theirs.centroids, atol=1e-9)
+    np.testing.assert_allclose([g.area for g in ours.geometries()], ours.measures, atol=1e-12)
+
+
+class Features:
+    """As GeoPandas' frames."""
+
+    __geo_interface__ = {  # noqa: RUF012
+        "type": "FeatureCollection",
+        "features": [
+            {"type": "Feature", "geometry": shapely.box(0, 0, 1, 1).__geo_interface__, "properties": {}},
+            {"type": "Feature", "geometry": shapely.box(1, 0, 2, 1).__geo_interface__, "properties": {}},
+        ],
+    }
+
+
+@pytest.mark.parametrize("domain", [Features(), Features.__geo_interface__, shapely.box(0, 0, 2, 1).__geo_interface__])
+def test_takes_what_has_a_geo_interface(domain):
+    np.testing.assert_allclose(vq.cells([[0.5, 0.5], [1.1, 0.5]], domain=domain).measures, [0.8, 1.2])
+
+
+@pytest.mark.parametrize(
+    ("domain", "message"),
+    [
+        (shapely.Point(0, 0), "domain is a Point of area 0; give a polygon"),
+        (shapely.Polygon(), "domain is a Polygon of area 0"),
+        (shapely.Polygon([(0, 0), (1, 1), (1, 0), (0, 1)]), "domain is not valid: Self-intersection"),
+        (BAY, r"points\[1\] = \[0.5, 0.9\] is outside the polygon; drop it"),
+    ],
+)
+def test_refuses(domain, message):
+    with pytest.raises(ValueError, match=message):
+        vq.cells([[0.1, 0.1], [0.5, 0.9]], domain=domain)
+
+
+@pytest.mark.parametrize("what", ["polygons", "neighbours", "triangulation", "polygon_arrays"])
+def test_refuses_what_pieces_have_not(what):
+    with pytest.raises(ValueError, match="cells in a polygon may come in pieces, and have no"):
+        getattr(vq.cells([[0.1, 0.1]], domain=BAY), what)()
+
+
+def test_needs_one_set():
+    with pytest.raises(ValueError, match="a polygon as domain needs one set"):
+        vq.cells(np.full((2, 1, 2), 0.1), domain=BAY)
+
+
+def test_says_what_is_missing():
+    program = (
+        "import sys; sys.modules['shapely'] = None; import voroquad as vq\n"
+        "try: vq.cells([[.5, .5]], domain={'type': 'Polygon'})\n"
+        "except ImportError as error: print(error)\n"
+        "try: vq.cells([[.5, .5]]).geometries()\n"
+        "except ImportError as error: print(error)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)
+    assert done.stdout.count("pip install '.[geo]'") == 2
