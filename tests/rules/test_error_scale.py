@@ -9,7 +9,8 @@ import pytest
 
 from voroquad.designs.grids import grid_shape
 from voroquad.rules import cross_fit
-from voroquad.rules.strata_fits import ERROR_SCALE, default_order
+from voroquad.rules.defaults import default_of_strata
+from voroquad.rules.strata_fits import ERROR_SCALE
 
 BENCHMARKS = Path(__file__).parents[2] / "benchmarks"
 #: Of (dimension, order, least number of strata)
@@ -25,7 +26,7 @@ def measured_sizes(monkeypatch):
 
 def entry(strata):
     """The factor that a grid takes."""
-    d, n, order = len(strata), math.prod(strata), default_order(strata)
+    d, n, order = len(strata), math.prod(strata), default_of_strata(strata).order
     return d, order, next(least for least, _ in ERROR_SCALE[d, order] if n >= least)
 
 
