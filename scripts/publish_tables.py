@@ -28,6 +28,8 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "families": integrals.families_table,
         "peers": integrals.peers_table,
         "peer-times": integrals.peer_times_table,
+        "asian-options": integrals.asian_options_table,
+        "domain-maps": integrals.domain_maps_table,
     },
     "measured/error-bars.md": {"coverage": integrals.coverage_table, "weight-bounds": integrals.weight_bounds_table},
     "measured/rules.md": {

@@ -96,3 +96,26 @@ def peer_times_table() -> str:
         ratios = [short(times[d, n, peer] / own) if (d, n, peer) in times else "–" for peer in peers]
         rows.append([d, n, short(own), *ratios])
     return markdown(rows, "ll")
+
+
+def asian_options_table() -> str:
+    """Mean squared errors of two options' prices by rule."""
+    measured = read(RESULTS / "asian_option.csv")
+    methods = list(dict.fromkeys(r["method"] for r in measured))
+    rows = [["option", "evaluations", *methods]]
+    for option, n in dict.fromkeys((r["option"], r["n"]) for r in measured):
+        own = {r["method"]: float(r["mse"]) for r in measured if (r["option"], r["n"]) == (option, n)}
+        rows.append([option, n, *(scientific(own[m]) for m in methods)])
+    return markdown(rows, "ll")
+
+
+def domain_maps_table() -> str:
+    """Error of uniform points over that of the smooth map, by body and integrand."""
+    measured = read(RESULTS / "domain_maps.csv")
+    integrands = list(dict.fromkeys(r["integrand"] for r in measured))
+    rows = [["domain", "evaluations", *integrands]]
+    for domain, n in dict.fromkeys((r["domain"], r["n"]) for r in measured):
+        own = {r["integrand"]: float(r["uniform"]) / float(r["smooth"]) for r in measured
+               if (r["domain"], r["n"]) == (domain, n)}  # fmt: skip
+        rows.append([domain, n, *(short(own[i]) for i in integrands)])
+    return markdown(rows, "ll")

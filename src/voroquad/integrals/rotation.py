@@ -1,0 +1,151 @@
+"""Gaussian measures of many dimensions: the coordinates that matter most, learned from a pilot, come first."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+import scipy.stats
+from numpy.typing import NDArray
+from scipy.special import ndtri
+
+from ..designs.sampling import sample
+from .estimates import Estimate
+from .integrand import Integrand
+from .measures import ProductMeasure
+from .pieces import Part
+from .regions import Region, within
+
+Array = NDArray[np.float64]
+
+#: Fewest dimensions in which coordinates are turned; below, strata do without.
+FEWEST_DIMENSIONS = 5
+
+#: Evaluations of a pilot for each coordinate, of which fewer are of no use.
+FEWEST_PER_DIMENSION = 4
+
+#: Parts of the evaluations: one is the pilot's, the others are replicates.
+PARTS = 8
+
+
+class RotatedGaussian:
+    """Independent normal coordinates, as a map from the unit box whose first axis is the direction `q[0]`, and so on.
+
+    x = mean + sd · qᵀ Φ⁻¹(u). A rotation keeps the Gaussian, whatever it is.
+
+    Parameters
+    ----------
+    mean, sd : ndarray, (d,)
+        Of the coordinates.
+    q : ndarray, (d, d)
+        Orthogonal.
+    """
+
+    empty = False
+
+    def __init__(self, mean: Array, sd: Array, q: Array):
+        self.mean, self.sd, self.q = mean, sd, q
+
+    @property
+    def d(self) -> int:
+        """Dimension."""
+        return len(self.mean)
+
+    def pull_back(self, u: Array) -> tuple[Array, Array]:
+        """Points x (d, n) and their mass element, 1, at u (d, n)."""
+        z = self.q.T @ ndtri(within(u))
+        return self.mean[:, None] + self.sd[:, None] * z, np.ones(u.shape[1])
+
+
+@dataclass(frozen=True)
+class RotatingEstimator:
+    """Learns the rotation from a pilot and estimates with fresh samples, so that the estimate stays unbiased.
+
+    Attributes
+    ----------
+    gaussian : RotatedGaussian
+        Of no rotation yet.
+    integrand : callable
+        Makes the integrand of a region.
+    estimator : callable
+        Takes a region and the number of replicates, and returns what estimates from at most so many samples of each.
+    sets : int
+        Replicates that are asked for; the pilot of several is beside them. A single one is split into 7 to 15.
+    rng : numpy.random.Generator
+        Of the pilot.
+    """
+
+    gaussian: RotatedGaussian
+    integrand: Callable[[Region], Integrand]
+    estimator: Callable[[Region, int], Callable[[int], Estimate]]
+    sets: int
+    rng: np.random.Generator
+
+    def __call__(self, n: int) -> Estimate:
+        """An estimate from at most n evaluations of each set."""
+        d = self.gaussian.d
+        pilot = size = 1 << max(0, (n // PARTS).bit_length() - 1)
+        if pilot < FEWEST_PER_DIMENSION * d:
+            return self.estimator(self.gaussian, self.sets)(n)
+        sets, each = (self.sets, n) if self.sets > 1 else ((n - pilot) // size, size)
+        u = sample("sobol", pilot, d, rng=self.rng).points
+        values = self.integrand(self.gaussian)(u)
+        q = directions(ndtri(within(u)), values)
+        found = self.estimator(RotatedGaussian(self.gaussian.mean, self.gaussian.sd, q), sets)(each)
+        return replace(found, n=found.n + pilot)
+
+
+def rotating(
+    parts: list[Part],
+    integrand: Callable[[Region], Integrand],
+    estimator: Callable[[Region, int], Callable[[int], Estimate]],
+    sets: int,
+    rng: np.random.Generator,
+) -> RotatingEstimator | None:
+    """What estimates an expectation over a Gaussian of many dimensions; None for all else."""
+    measure = parts[0].region
+    if not isinstance(measure, ProductMeasure) or measure.d < FEWEST_DIMENSIONS:
+        return None
+    moments = [_moments(t) for t in measure.distributions]
+    known = [m for m in moments if m is not None]
+    if len(known) < len(moments):
+        return None
+    mean, sd = np.array(known).T
+    return RotatingEstimator(RotatedGaussian(mean, sd, np.eye(measure.d)), integrand, estimator, sets, rng)
+
+
+def _moments(distribution: Any) -> tuple[float, float] | None:
+    """Mean and standard deviation of a normal distribution of either kind that SciPy has; None for others."""
+    if isinstance(distribution, scipy.stats.Normal):
+        return float(distribution.mean()), float(distribution.standard_deviation())
+    if getattr(getattr(distribution, "dist", None), "name", None) == "norm":
+        return float(distribution.mean()), float(distribution.std())
+    return None
+
+
+def directions(z: Array, values: Array) -> Array:
+    """Orthogonal q (d, d): along its first rows values (fields, m) at points z (m, d) vary most.
+
+    The first is the slope of the linear regression on z. The others are the eigenvectors of Σ z zᵀ residual / m, by
+    their absolute eigenvalues, in the space across the first: by Stein's identity, the mean Hessian. Several fields
+    count with their variances set to 1. These are active subspaces (Liu and Owen 2023) without gradients.
+    """
+    m, d = z.shape
+    centred = values - values.mean(axis=1, keepdims=True)
+    size = centred.std(axis=1)
+    centred = centred[np.isfinite(size) & (size > 0)] / size[np.isfinite(size) & (size > 0), None]
+    if not len(centred):
+        return np.eye(d)
+    design = np.column_stack([np.ones(m), z])
+    coefficients = np.linalg.lstsq(design, centred.T, rcond=None)[0]
+    slopes, residuals = coefficients[1:].T, centred - (design @ coefficients).T
+    first = np.linalg.svd(slopes)[2][0]
+    across = np.eye(d) - np.outer(first, first)
+    squares = np.zeros((d, d))
+    for residual in residuals:
+        hessian = across @ (z.T * residual) @ z @ across / m
+        squares += hessian @ hessian
+    vectors = np.linalg.eigh(squares)[1][:, ::-1]
+    return np.linalg.qr(np.column_stack([first, vectors]))[0].T[:d]
