@@ -52,6 +52,19 @@ def test_a_masked_value_is_refused_of_a_single_point_too():
         vq.quad(f, 0, 1, n_points=16, rng=1)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ({"args": 2.0}, r"args must be a tuple of further arguments of func, such as \(2.0,\), got 2.0"),
+        ({"args": "k"}, "args must be a tuple .*, got 'k'"),
+        ({"kwargs": ["k"]}, r"kwargs must be a mapping .*, got \['k'\]"),
+    ],
+)
+def test_further_arguments_come_in_a_tuple_and_a_mapping(arguments, message):
+    with pytest.raises(TypeError, match=message):
+        vq.quad(lambda x, k=1: k * x[0], 0, 1, **arguments)
+
+
 def test_further_arguments_are_handed_on():
     def f(x, power, *, factor=1.0):
         return factor * x[0] ** power

@@ -56,6 +56,10 @@ class Function:
     ):
         if not callable(func):
             raise TypeError(f"func must be callable, as lambda x: x[0] ** 2 is, got {func!r}")
+        if not isinstance(args, tuple | list):
+            raise TypeError(f"args must be a tuple of further arguments of func, such as (2.0,), got {args!r}")
+        if not isinstance(kwargs, Mapping | None):
+            raise TypeError(f"kwargs must be a mapping of names to arguments, such as {{'k': 2.0}}, got {kwargs!r}")
         self.library = library
         self.diagnoses = Diagnoses()
         #: Relative rounding error of func's values, of the dtype that it returns
