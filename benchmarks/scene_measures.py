@@ -84,13 +84,13 @@ class Stage:
         own |= {"all_else": {"type": nested}} | motion_of(self.scene) | rule
         return make_integrator("reweighted", own_integrator(self.scene), **own)
 
-    def mitsubas(self, sampler: str, seed: int) -> mi.Integrator:
-        """A sampler of Mitsuba's; for objects in slices of time with times as it would draw them."""
+    def mitsubas(self, sampler: str, seed: int, **properties: Any) -> mi.Integrator:
+        """A sampler for everything; for objects in slices of time with times as it would draw them."""
+        own = {"type": sampler} | properties
         if self.moves:
-            times = {"independent": "uniform", "ldsampler": "sobol"}.get(sampler, "stratified")
-            return self.sets("time", times, seed, sampler, weighted=False, blend="off")
-        nested = own_integrator(self.scene)
-        return make_integrator("plain", nested, jitter=self.jitter, sampler={"type": sampler})
+            times = {"independent": "uniform", "ldsampler": "sobol", "owensobol": "sobol"}.get(sampler, "stratified")
+            return self.sets("time", times, seed, weighted=False, blend="off", all_else=own)
+        return make_integrator("plain", own_integrator(self.scene), jitter=self.jitter, sampler=own)
 
     def image(self, integrator: mi.Integrator, spp: int, seed: int) -> Floats:
         """Its colours."""

@@ -70,6 +70,7 @@ def test_errors_are_those_of_the_images(small):
         assert abs(float(row["mse"]) - mse) == pytest.approx(float(row["mse_error"]), rel=0.1, abs=2e-3 * mse)
         assert float(row["relmse"]) > 0
         assert 0 < float(row["flip"]) < 1
+        assert 0 < float(row["blur_3"]) < float(row["blur_1.5"]) < float(row["mse"])
         assert float(row["reference_mse"]) < float(row["mse"])
 
 

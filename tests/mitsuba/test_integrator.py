@@ -221,11 +221,12 @@ def test_sets_smaller_than_a_pixels_samples(scene):
 # ---------------------------------------------------------------------- the table
 
 
+@pytest.mark.parametrize("sampler", ["multijitter", "owensobol"])
 @pytest.mark.parametrize("domain", ["lens", "pixel", "pixel+lens"])
-def test_the_scenes_own_samples_stay_and_are_weighed(scene, domain):
+def test_the_scenes_own_samples_stay_and_are_weighed(scene, domain, sampler):
     """Without weights it is the nested integrator's image; with them, each pixel's set has those of `weights`."""
-    own = {"sampler": "scene", "debias": "none", "domain": domain, "scene_sampler": {"type": "multijitter"}}
-    nested = image(scene, plugin("plain", scene_sampler={"type": "multijitter"}), 16, seed=3)
+    own = {"sampler": "scene", "debias": "none", "domain": domain, "scene_sampler": {"type": sampler}}
+    nested = image(scene, plugin("plain", scene_sampler={"type": sampler}), 16, seed=3)
     equal = image(scene, plugin(weighted=False, **own), 16, seed=3)
     np.testing.assert_allclose(equal, nested, rtol=1e-5, atol=1e-6)
     integrator = plugin(**own)

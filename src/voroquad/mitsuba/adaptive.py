@@ -127,7 +127,7 @@ class Adaptive(Plain):
     # ------------------------------------------------------------------ the image
 
     def explore(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> None:
-        """Render the pilot, if that at hand is another's, and share the samples out."""
+        """Render the pilot and share the samples out, unless the last pilot is that of this image."""
         seed = seed if self.pilot_seed is None else self.pilot_seed
         footprint = Footprint(sensor.film())
         width, height = footprint.window

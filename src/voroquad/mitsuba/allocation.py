@@ -1,9 +1,11 @@
-"""How many samples each pixel of an image gets, by what a pilot of all pixels tells of their noise. No Mitsuba here.
+"""How many samples each pixel of an image gets, by the noise in a pilot of all pixels. This module needs no Mitsuba.
 
 The samples of a pixel must not decide how many it gets: a mean that is stopped where it looks good is biased. So the
-pixels of a checkerboard's one half decide for the other. With V_p the mean of the sample variances of the pixels of
-the other half among the 5 × 5 around p, a pixel of n samples has an error of variance V_p / n. Another n of them
-reduce it by V_p / (2 n), that is V_p / (2 n²) for each. The largest of these quotients comes first.
+pixels are divided as on a checkerboard, and each half decides for the other.
+
+Let V_p be the mean of the sample variances of the pixels of the other half among the 5 × 5 around p. With n samples the
+error of p has the variance V_p / n. Another n samples reduce it by V_p / (2 n), each of them by V_p / (2 n²). Samples
+are doubled first where this quotient is largest.
 """
 
 from __future__ import annotations
@@ -24,7 +26,7 @@ Counts = NDArray[np.int64]
 KINDS = ("absolute", "relative")
 #: Samples of a pixel at most over those on average, where nothing else is named
 SPREAD = 4
-#: Pixels around a pixel that its noise is told from: so many to each side
+#: The noise of a pixel is estimated from so many pixels on each side
 REACH = 2
 #: Part of the mean radiance that counts as 0 where errors are relative
 DARK = 0.1

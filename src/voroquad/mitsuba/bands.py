@@ -117,7 +117,7 @@ class Exposure:
 
 
 class _Last:
-    """The last scene and the last plug-in: a scene that exists slows renders of others."""
+    """The last scene and the last plug-in: a live scene slows other renders."""
 
     def __init__(self) -> None:
         self.scenes: dict[str, mi.Scene] = {}

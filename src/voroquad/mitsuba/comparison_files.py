@@ -48,11 +48,17 @@ def write_comparison(folder: Path, reference: Reference, measured: list[Measured
     error_figure = Figure(
         "mse.png",
         "Mean squared error against samples per pixel and against render time; weighted sets solid, others dashed. "
+        "Then the same after a Gaussian blur of 1.5 and 3 pixels, in which errors of opposite signs cancel. "
         "Beside each line's name, the slope of log MSE by least squares.",
         "Log-log plot of the mean squared error of each method",
         "mse.svg",
         "errors.csv",
-        [Plot("spp", "mse", "samples per pixel", mse, None, 1), Plot("seconds", "mse", "seconds", mse, None, 0)],
+        [
+            Plot("spp", "mse", "samples per pixel", mse, None, 1),
+            Plot("seconds", "mse", "seconds", mse, None, 0),
+            Plot("spp", "blur_1.5", "samples per pixel", f"{mse} after a blur of 1.5 pixels", None, 1),
+            Plot("spp", "blur_3", "samples per pixel", f"{mse} after a blur of 3 pixels", None, 1),
+        ],
         lines={method.label: method.line for method in methods},
     )
     return [
@@ -95,7 +101,8 @@ def _curve(measured: list[MeasuredImages], method: RenderMethod) -> ErrorCurve:
 
 
 _COLUMNS = (
-    "method,spp,mse,uniform_mse_over_mse,flip,seconds,reference_mse,mse_error,relmse,equal_error_ratio,extrapolated"
+    "method,spp,mse,uniform_mse_over_mse,flip,seconds,reference_mse,mse_error,relmse,equal_error_ratio,extrapolated,"
+    "blur_1.5,blur_3"
 )
 
 
@@ -109,9 +116,10 @@ def _write_errors(path: Path, reference: Reference, measured: list[MeasuredImage
             ratio = f"{plain[m.spp] / m.mse:.3f}" if m.mse > 0 else "inf"
             numbers = (f"{m.mse:.4e}", ratio, f"{m.flip:.5f}", f"{m.seconds:.3f}", f"{reference.mse:.2e}")
             error = "" if np.isnan(m.mse_error) else f"{m.mse_error:.1e}"
+            blurred = (f"{m.blur_1_5:.4e}", f"{m.blur_3:.4e}")
             equal = equal_error_ratio(baseline, m.spp, m.mse)
             spp_ratio = ("", "") if np.isnan(equal.n) else (f"{equal.n:.4g}", int(equal.extrapolated))
-            writer.writerow([m.method.label, m.spp, *numbers, error, f"{m.relmse:.4e}", *spp_ratio])
+            writer.writerow([m.method.label, m.spp, *numbers, error, f"{m.relmse:.4e}", *spp_ratio, *blurred])
 
 
 def _write_differences(folder: Path, reference: Reference, measured: list[MeasuredImages], middle: int) -> None:

@@ -46,7 +46,7 @@ class Reweighted(Plain):
          computes derivatives by radiative backpropagation (``prb``, ...).
      * - (nested plug-in)
        - :paramtype:`sampler`
-       - Sampler for all else that the sets do not sample. (Default: that of the scene's sensor)
+       - Sampler for everything that the sets do not sample. (Default: that of the scene's sensor)
      * - domain
        - |string|
        - What the sets sample: ``lens``, the aperture of a thin lens; ``time``, between opening and closing of the
@@ -56,7 +56,7 @@ class Reweighted(Plain):
        - |string|
        - Design of the sets: ``uniform``, ``stratified``, ``multi-jittered``, ``regular``, ``sobol``,
          ``halton``, ``zero-two`` or ``orthogonal``; or ``scene``, the samples that the sampler of all else (above)
-         draws anyway, which are weighed while rendering, each pixel's by themselves. (Default: ``stratified``)
+         draws anyway; each pixel's are weighed by themselves while rendering. (Default: ``stratified``)
      * - order
        - |int|
        - Order of the weights, see `voroquad.weights`. (Default: 0, for strata in three dimensions and more 1, see
@@ -110,8 +110,8 @@ class Reweighted(Plain):
     the image is that of point samples at the pixel centres. The same seeds give the same bits on any number of threads
     (on processors).
 
-    Blend chooses λ by other pixels. In films of fewer than 16 pixels it does so by the sets of a pixel, one after the
-    other, which must then be 8 or more.
+    Blend chooses λ by other pixels. A film of fewer than 16 pixels has too few; there λ is chosen by the earlier sets
+    of the same pixels, which must be 8 or more.
 
     Derivatives are those of the image without blend, divided by the sum of filter values alone; through ``prb`` and its
     kin with the domain ``light``, they have the image's mean but emitter samples of their own, and equal weights.
@@ -138,8 +138,8 @@ class Reweighted(Plain):
         sets = self._file.sets if self._file else self._settings.sets if self._settings else 0
         if self.blend and 0 < sets < FEWEST_SETS:
             raise ValueError(f"sets must be {FEWEST_SETS} or more for blend='auto', got {sets}; or set blend to 'off'")
-        self._n = 0  # samples of a set of the table at hand
-        self._made: Recipe | None = None  # what the table at hand was made of, if it was made here
+        self._n = 0  # samples of a set of the current table
+        self._made: Recipe | None = None  # how the current table was made, if it was made here
 
     def aov_names(self) -> list[str]:
         """Names of the extra channels: those of the nested integrator, then one's own."""
@@ -169,10 +169,10 @@ class Reweighted(Plain):
         return super().prepare(sensor, seed, spp, aovs, number=number)
 
     def settle(self, sensor: mi.Sensor, seed: int, spp: int) -> None:
-        """Have the table at hand that an image of this seed takes its sets from."""
+        """Make the table that an image of this seed takes its sets from, unless it is the current one."""
         n = self.set_size(sensor, spp)
         if not self.tabled or (n == self._n and not self._made):
-            return  # the table at hand is a file's, or was handed over by `take`
+            return  # the current table is a file's, or was set by `take`
         if self._file is not None:
             self._upload(self._file)
         elif (recipe := self.recipe(sensor, seed, spp)) != self._made:

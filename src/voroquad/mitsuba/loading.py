@@ -111,7 +111,7 @@ def load_scene(
     parameters : mapping of str to str, optional
         Values of the scene's ``$name`` parameters.
     sensor : int
-        Number of the sensor that is meant.
+        Number of the sensor, from 0.
 
     Raises
     ------
@@ -159,7 +159,7 @@ def check_film(film: mi.Film) -> None:
 
 
 def own_integrator(scene: mi.Scene) -> mi.Integrator:
-    """The scene's integrator, or the one inside if that is a plug-in of ours; a path tracer if it names none."""
+    """The scene's integrator, or the one nested in `plain` or `reweighted`; a path tracer if there is none."""
     own = scene.integrator()
     if own is None:
         return mi.load_dict({"type": "path"})

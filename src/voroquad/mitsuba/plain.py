@@ -23,8 +23,8 @@ from .tracing import CameraRays, check_differentiable, colour, tracer_of
 class Plain(ADIntegrator):
     """Renders through a nested integrator, with all camera samples from the scene's sampler (``plain``).
 
-    The baseline of ``reweighted``: its images differ from the nested integrator's own in nothing but the
-    pixel samples, if `jitter` is false.
+    The baseline of ``reweighted``. Its image is the nested integrator's own; with `jitter` false, that of rays through
+    the pixel centres.
 
     .. pluginparameters::
 
@@ -34,7 +34,7 @@ class Plain(ADIntegrator):
          computes derivatives by radiative backpropagation (``prb``, ...).
      * - (nested plug-in)
        - :paramtype:`sampler`
-       - Sampler for all that the sets do not sample. (Default: that of the scene's sensor)
+       - Sampler for everything. (Default: that of the scene's sensor)
      * - jitter
        - |bool|
        - Sample the pixel's area? If false, all its rays start at its centre. (Default: |true|)
@@ -223,7 +223,7 @@ class Plain(ADIntegrator):
         return footprint.whole(strips, bands, self.layout(sensor.film()))
 
     def render_band(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, number: int) -> Floats:
-        """The strip of a band, see `Footprint`: the same bits whenever and wherever it is rendered."""
+        """The strip of a band, see `Footprint`: with the same bits in any process and order."""
         self.check(scene, sensor)
         self.settle(sensor, seed, spp)
         self.explore(scene, sensor, seed, spp)

@@ -36,7 +36,7 @@ class TableSettings:
     d : int
         Dimension.
     order, debias
-        The rule of the weights, as `voroquad.weights` knows it.
+        The rule of the weights, see `voroquad.weights`.
     periodic : bool
         Are the weights those of cells on a circle?
     weighted : bool

@@ -67,7 +67,7 @@ def write_image(image: Image, path: str | os.PathLike[str]) -> None:
 
 
 def _write(bitmap: mi.Bitmap, path: Path) -> None:
-    """Write a bitmap; of Mitsuba's error the reason, such as a full disk: who knows the file's own name adds it."""
+    """Write a bitmap. An error gives the reason only, as the path is temporary: the caller names the file."""
     try:
         bitmap.write(str(path))
     except RuntimeError as error:

@@ -1,4 +1,4 @@
-"""Rendering in rounds: the mean of independent images, what is known of its error, and all state to go on from.
+"""Rendering in rounds: the mean of independent images, an estimate of its error, and the state to resume from.
 
 No Mitsuba here: a round is a `Pass`, whoever rendered it.
 """

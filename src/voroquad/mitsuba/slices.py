@@ -72,7 +72,7 @@ class ReweightedSlices(Reweighted):
         if single := next((name for name, track in self._tracks.items() if len(track.times) == 1), None):
             raise ValueError(f"{single!r} has a value at one time only, and does not move; give it another time's too")
         self.motion: dict[str, Course] = {}
-        self._row = 0  # of the table, for the slice at hand
+        self._row = 0  # of the table, for the current slice
         super().__init__(props)
         if self.domain.name != "time":
             raise ValueError(f"objects move in domain 'time', got domain {self.domain.name!r}; name that")
