@@ -75,7 +75,7 @@ public:
     }
 
 private:
-    static constexpr double tolerance = 1e-9;
+    static constexpr double tolerance = 1e-9; // the probability that is left out beyond reach()
     static constexpr std::array<double, 2> sides_ = {0.0, 1.0};
     double n_, least_;
 };

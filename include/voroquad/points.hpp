@@ -42,7 +42,7 @@ private:
     std::ptrdiff_t point_stride_, axis_stride_;
 };
 
-// An axis-parallel box with its faces.
+// A closed axis-parallel box.
 template <std::size_t D>
 struct Box {
     Point<D> lo, hi;

@@ -15,8 +15,8 @@
 
 namespace VOROQUAD::detail {
 
-// Asks for large pages where the system has them: the first touch of each small page would cost
-// a tenth of the time that a cell takes. What is not given a value gets none, for the same reason.
+// Asks for large pages where the system has them: the first access to each small page would cost a
+// tenth of the time that a cell takes. For the same reason elements are left uninitialised.
 template <class T>
 struct LargePages {
     using value_type = T;

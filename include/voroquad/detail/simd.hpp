@@ -51,12 +51,15 @@ struct CacheAligned {
 };
 using Numbers = std::vector<double, CacheAligned<double>>;
 
-// Arrays that are read by vectors have room for a multiple of the largest width.
-inline constexpr std::size_t lanes = 8;
-constexpr std::size_t padded(std::size_t n) { return (n + lanes - 1) / lanes * lanes; }
+// Arrays that are read by vectors have room for a multiple of the largest width that any processor
+// has, so that results do not depend on it.
+inline constexpr std::size_t largest_width = 8;
+constexpr std::size_t padded(std::size_t n) {
+    return (n + largest_width - 1) / largest_width * largest_width;
+}
 
-// Vectors anywhere among numbers. A compiler sees that nothing but numbers is written there, and
-// keeps pointers and counters in registers; after a memcpy it would read them again.
+// Vectors at any address of a double. The type tells the compiler that only doubles are written, so
+// that it keeps pointers and counters in registers; after a memcpy it would read them again.
 using Unaligned [[gnu::aligned(alignof(double))]] = Vector;
 static_assert(alignof(Unaligned) == alignof(double));
 inline Vector load(const double *from) { return *reinterpret_cast<const Unaligned *>(from); }

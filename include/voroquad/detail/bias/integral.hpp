@@ -94,7 +94,7 @@ private:
                 panel += w * jacobian * (D == 2 ? t : t * t) * empty;
             }
             sum += panel;
-            if (largest < 1e-13) break;
+            if (largest < negligible) break;
         }
         return sum;
     }
@@ -122,6 +122,9 @@ private:
         std::sort(breaks_.begin(), breaks_.end());
         return touches;
     }
+
+    // Where the probability is less all along a panel, it is left out beyond, where it is smaller.
+    static constexpr double negligible = 1e-13;
 
     Design design_;
     GradedRule across_, along_;

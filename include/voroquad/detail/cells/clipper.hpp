@@ -46,7 +46,7 @@ public:
     // All points whose squared distance from the site is less are around.
     double seen2() const {
         const double seen = neighbourhood_->seen_from(site_);
-        return seen * seen * (1.0 - 1e-12);
+        return seen * seen * (1.0 - rounding_margin);
     }
 
     // The cell of the site, from the points around and, where these leave it open, from those

@@ -26,8 +26,9 @@ class FaceInDisc {
 public:
     FaceInDisc(const std::vector<Point<3>> &corners, const Point<3> &normal, double radius)
         : radius_(radius) {
-        // Faces steeper than that have no projection to speak of
-        const bool steep = std::abs(normal[2]) < 1e-12;
+        // The projection of a vertical face has no area but rounding
+        constexpr double vertical = 1e-12;
+        const bool steep = std::abs(normal[2]) < vertical;
         slope_ = {steep ? 0.0 : -normal[0] / normal[2], steep ? 0.0 : -normal[1] / normal[2]};
         for (std::size_t i = 0; i < corners.size(); ++i)
             split_at_ball<3, 2>(

@@ -88,7 +88,7 @@ private:
         bool clipped = false;
         for (std::size_t i = 0; i < cell.size(); ++i) {
             const Point<D> v = cell.vertex(i);
-            if (4.0 * dot<D>(v, v) * (1.0 + 1e-12) <= seen2) continue;
+            if (4.0 * dot<D>(v, v) * (1.0 + rounding_margin) <= seen2) continue;
             const auto place =
                 std::lower_bound(settled_vertices_.begin(), settled_vertices_.end(), v);
             if (place != settled_vertices_.end() && *place == v) continue;

@@ -54,8 +54,8 @@ public:
     // Begins anew, with room for n points to a site.
     void reset(std::size_t n) {
         count_.fill(0);
-        if (room_ >= padded(n) + 2 * lanes) return;
-        room_ = 2 * padded(n) + 2 * lanes;
+        if (room_ >= padded(n) + 2 * largest_width) return;
+        room_ = 2 * padded(n) + 2 * largest_width;
         for (auto &axis : point_) axis.resize(room_ * width);
         for (auto &axis : inverse_) axis.resize(room_ * width);
     }
@@ -83,21 +83,21 @@ public:
     void wrap() {
         invert();
         Vector x = start_[0], y = start_[1];
-        Mask walking = x == x, sound = apart_ > 0.0;
+        Mask walking = x == x, sound = is_apart_ > 0.0;
         Vector first_x{}, first_y{}, last_x{}, last_y{}, last_side{};
         twice_area_ = radius2_ = size_ = Vector{};
         for (std::size_t k = 0; k < most_vertices && any(walking); ++k) {
             const auto [to_x, to_y] = next_corner(x, y);
             const Vector dx = to_x - x, dy = to_y - y;
 
-            // The vertex v between the neighbours of inverses p and p + d: p·v = ½ = (p + d)·v.
-            // Nearly parallel bisectors would lose its digits.
+            // The vertex v between the neighbours with inverses p and p + d solves
+            // p·v = ½ = (p + d)·v. Where p and p + d are nearly parallel, v loses digits.
             const Vector cross = x * to_y - y * to_x;
             const Vector from2 = x * x + y * y, to2 = to_x * to_x + to_y * to_y;
-            const Mask clear = (cross > 0.0) & (cross * cross > 1e-6 * (from2 * to2));
-            // From so much farther out than its own size, a corner and a point just inside of the
-            // hull look alike; the way from such a point may lead anywhere.
-            const Mask distinct = from2 < too_far * to2;
+            const Mask clear = (cross > 0.0) & (cross * cross > least_sine2 * (from2 * to2));
+            // Seen from much farther out than its own length, a corner cannot be told from a point
+            // just inside of the hull, and the walk could go anywhere from there.
+            const Mask distinct = from2 < largest_ratio2 * to2;
             // A walk that passes its start would go around again.
             const Mask closed = (to_x == start_[0]) & (to_y == start_[1]);
             const Vector side = start_[0] * to_y - start_[1] * to_x;
@@ -123,13 +123,13 @@ public:
             x = to_x, y = to_y;
         }
         twice_area_ = twice_area_ + (last_x * first_y - last_y * first_x);
-        sound = sound & ~walking & (radius2_ * longest2_ < 1e10);
-        sound_ = sound ? Vector{} + 1.0 : Vector{};
+        sound = sound & ~walking & (radius2_ * longest2_ < largest_extent2);
+        is_sound_ = sound ? Vector{} + 1.0 : Vector{};
     }
 
     // Whether the walk around the cell of lane i closed, without loss of digits: only then is
     // there a cell.
-    bool sound(std::size_t i) const { return sound_[i] != 0.0; }
+    bool sound(std::size_t i) const { return is_sound_[i] != 0.0; }
     WrappedCell cell(std::size_t i) const {
         return {{&vertex_[0][i], &vertex_[1][i]},
                 {&corner_[0][i], &corner_[1][i]},
@@ -140,10 +140,19 @@ public:
 
 private:
     static constexpr double infinity = std::numeric_limits<double>::infinity();
-    static constexpr double outside = 1.0 + 3e-14; // of the hull
-    // 128 squared: there two roundings of a way are as long as `outside` is far from the corner
-    static constexpr double too_far = 16384.0;
-    static constexpr std::size_t round = 4; // points are compared in rounds of that many
+    // From a corner p the next one is looked for as seen from this multiple of p, just outside of
+    // the hull.
+    static constexpr double outside = 1.0 + 3e-14;
+    // 128². Beyond this ratio of |p| to |q|, two roundings of p − q, 2 · 2⁻⁵³ |p|, exceed 3e-14
+    // |q|: the rounding of the way to q is as long as the step outside.
+    static constexpr double largest_ratio2 = 16384.0;
+    // (10⁻³)². At a smaller angle between successive corners, seen from the site, a vertex loses
+    // more than three digits.
+    static constexpr double least_sine2 = 1e-6;
+    // (10⁵)². The inverses of the points that bound a cell of radius r are no shorter than 1/(2r);
+    // beside the longest, 1/(distance of the nearest point), they keep ten digits up to this ratio.
+    static constexpr double largest_extent2 = 1e10;
+    static constexpr std::size_t round = 4; // points compared at a time
     static constexpr std::size_t most_vertices = 16;
 
     // Points become their inverses, then each lane's stand beside the others'; `start_` is that
@@ -161,14 +170,14 @@ private:
                 const Mask finite = r2 < infinity;
                 store(px + j, finite ? x * inverse : Vector{});
                 store(py + j, finite ? y * inverse : Vector{});
-                coincide |= bits_less(r2, Vector{} + 1e-280);
+                coincide |= bits_less(r2, Vector{} + least_square);
             }
             for (std::size_t j = (count_[lane] + width - 1) / width * width; j < size_of_hull_;
                  j += width) {
                 store(px + j, Vector{});
                 store(py + j, Vector{});
             }
-            apart_[lane] = coincide == 0;
+            is_apart_[lane] = coincide == 0;
         }
         start_ = {};
         longest2_ = Vector{};
@@ -194,8 +203,8 @@ private:
         return transposed(rows);
     }
 
-    // A point, and the way to it from where the walk stands. The way has lost digits of the point
-    // that depend on where the walk comes from; so the point itself is kept.
+    // A point q, and the difference q − p from where the walk stands. The difference has lost
+    // digits of q that depend on p, so q itself is kept.
     struct Sight {
         Vector x, y, way_x, way_y;
     };
@@ -227,11 +236,11 @@ private:
     std::array<Numbers, 2> inverse_; // of point j of lane i: [j * width + i]
     std::array<std::size_t, width> count_{};
     std::size_t room_ = 0, size_of_hull_ = 0;
-    Vector longest2_, apart_;
+    Vector longest2_, is_apart_;
     std::array<Vector, 2> start_;
     // Of step k and lane i: [k * width + i]; the edge after vertex k is dual to corner k.
     alignas(64) std::array<std::array<double, most_vertices * width>, 2> vertex_, corner_;
-    Vector twice_area_, radius2_, size_, sound_;
+    Vector twice_area_, radius2_, size_, is_sound_;
 };
 
 } // namespace VOROQUAD::detail

@@ -27,6 +27,7 @@ public:
             low = std::min(low, points[i][0]);
             high = std::max(high, points[i][0]);
         }
+        // The highest point falls into the last bucket, whatever rounding does
         const double scale = static_cast<double>(n) * (1.0 - 1e-9) / (high - low);
         if (!(scale < 1e300) || n > UINT32_MAX) // all in one place or nearly, or too many
             return sort_by_comparison(points);

@@ -36,9 +36,9 @@ public:
         size_ = 0;
     }
     void reserve(std::size_t n) {
-        if (point_[0].size() >= n + lanes) return;
+        if (point_[0].size() >= n + largest_width) return;
         for (auto *axes : {&point_, &turn_})
-            for (auto &axis : *axes) axis.resize(2 * (n + lanes));
+            for (auto &axis : *axes) axis.resize(2 * (n + largest_width));
     }
     // Adds those of a vector of points whose bit is set, and their sites' turns; there is room for
     // all.
@@ -133,7 +133,7 @@ public:
         const std::size_t begin = tree_->leaf_begin(leaf) - first_site();
         const std::size_t end = tree_->leaf_begin(leaf + 1) - first_site();
         near.clear(turned_);
-        near.reserve(points_.size() + lanes);
+        near.reserve(points_.size() + largest_width);
         for (std::size_t i = begin; i < end; i += width)
             near.add(points_.points(i), points_.turns(i), first_lanes(end - i));
         const auto add = [&](std::size_t from, std::size_t to) {

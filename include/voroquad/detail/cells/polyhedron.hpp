@@ -204,6 +204,7 @@ private:
 
     // Lets vertices stay that are no farther beyond the plane than rounding may put them; tells
     // whether others are cut off.
+    static constexpr double plane_rounding = 1e-15; // relative to the terms of n·v − offset
     bool cuts_more_than_rounding(const HalfSpace<3> &half_space) {
         const auto &[normal, offset] = half_space;
         bool any = false;
@@ -211,7 +212,7 @@ private:
             if (inside_[v] >= 0.0) continue;
             double terms = offset;
             for (std::size_t a = 0; a < 3; ++a) terms += std::abs(normal[a] * xyz_[a][v]);
-            if (inside_[v] < -1e-15 * terms) {
+            if (inside_[v] < -plane_rounding * terms) {
                 any = true;
             } else {
                 inside_[v] = 0.0;

@@ -132,7 +132,7 @@ private:
 
     static double length(const Point<D> &p) {
         const double squared = dot<D>(p, p);
-        if (squared > 1e-280) return std::sqrt(squared);
+        if (squared > least_square) return std::sqrt(squared);
         if constexpr (D == 2) return std::hypot(p[0], p[1]);
         else return std::hypot(p[0], p[1], p[2]);
     }

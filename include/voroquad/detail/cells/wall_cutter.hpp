@@ -37,7 +37,7 @@ private:
     template <class Cell>
     static bool reaches_beyond(const Cell &cell, const HalfSpace<D> &wall) {
         const double reach2 = cell.squared_radius() * dot<D>(wall.normal, wall.normal);
-        if (reach2 * (1.0 + 1e-12) < wall.offset * wall.offset) return false;
+        if (reach2 * (1.0 + rounding_margin) < wall.offset * wall.offset) return false;
         for (std::size_t v = 0; v < cell.size(); ++v)
             if (dot<D>(wall.normal, cell.vertex(v)) > wall.offset) return true;
         return false;

@@ -6,25 +6,18 @@
 #include <vector>
 
 #include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/simd.hpp>
 
 namespace VOROQUAD::detail {
 
-// A few numbers that are worked on together, one per problem: as many as a vector register
-// holds. Each lane is computed as a double would be.
+// A vector with one number for each of several problems that are solved in step. As a class it can
+// be an element of std::vector, and be set lane by lane. Each lane is computed as a double is.
 class Pack {
 public:
-#if defined(__AVX512F__)
-    static constexpr std::size_t lanes = 8;
-#elif defined(__AVX__)
-    static constexpr std::size_t lanes = 4;
-#else
-    static constexpr std::size_t lanes = 2;
-#endif
+    static constexpr std::size_t lanes = width;
 
-    Pack() : Pack(0.0) {}
-    explicit Pack(double value) {
-        for (std::size_t l = 0; l < lanes; ++l) v_[l] = value;
-    }
+    Pack() = default; // zeros
+    explicit Pack(double value) : v_(Vector{} + value) {}
 
     double operator[](std::size_t lane) const { return v_[lane]; }
     void set(std::size_t lane, double value) { v_[lane] = value; }
@@ -36,29 +29,8 @@ public:
     Pack &operator-=(const Pack &b) { return *this = *this - b; }
 
 private:
-#if defined(__GNUC__)
-    typedef double Register __attribute__((vector_size(lanes * sizeof(double))));
-#else
-    struct Register {
-        double v[lanes];
-        double &operator[](std::size_t l) { return v[l]; }
-        double operator[](std::size_t l) const { return v[l]; }
-        friend Register operator+(Register a, const Register &b) {
-            for (std::size_t l = 0; l < lanes; ++l) a.v[l] += b.v[l];
-            return a;
-        }
-        friend Register operator-(Register a, const Register &b) {
-            for (std::size_t l = 0; l < lanes; ++l) a.v[l] -= b.v[l];
-            return a;
-        }
-        friend Register operator*(Register a, const Register &b) {
-            for (std::size_t l = 0; l < lanes; ++l) a.v[l] *= b.v[l];
-            return a;
-        }
-    };
-#endif
-    explicit Pack(const Register &v) : v_(v) {}
-    Register v_;
+    explicit Pack(Vector v) : v_(v) {}
+    Vector v_{};
 };
 
 // Householder's factors of one tall matrix A per lane: A = Q R (Golub and Van Loan, 5.2).

@@ -28,6 +28,9 @@ Point<D> difference(const Point<D> &a, const Point<D> &b) {
     return c;
 }
 
+// A sum of squares below this has lost digits to underflow, or its inverse overflows.
+inline constexpr double least_square = 1e-280;
+
 // The points no farther from the origin than from q: all v with normal·v ≤ offset.
 template <std::size_t D>
 struct HalfSpace {
@@ -36,7 +39,7 @@ struct HalfSpace {
 
     static HalfSpace nearer_than(Point<D> q) {
         double offset = 0.5 * dot<D>(q, q);
-        if (offset < 1e-280) { // |q|² would lose its digits or vanish: measure in units of |q|
+        if (offset < least_square) { // measured in units of |q|
             double unit = 0.0;
             for (double c : q) unit = std::max(unit, std::abs(c));
             for (double &c : q) c /= unit;

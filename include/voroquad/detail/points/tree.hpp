@@ -48,7 +48,7 @@ public:
         bucket_.resize(n);
         order_.resize(n);
         first_.resize(n + 1);
-        for (auto &axis : coordinates_) axis.resize(padded(n + lanes));
+        for (auto &axis : coordinates_) axis.resize(padded(n + largest_width));
         starts_.clear();
         leaf_begin_.assign(1, 0);
         family_begin_.assign(1, 0);
@@ -57,7 +57,8 @@ public:
         end_family();
         if (some_coincide()) first_[sites_] = static_cast<std::uint32_t>(placed_);
         for (auto &axis : coordinates_)
-            std::fill_n(axis.data() + sites_, lanes, std::numeric_limits<double>::infinity());
+            std::fill_n(axis.data() + sites_, largest_width,
+                        std::numeric_limits<double>::infinity());
         pack();
     }
 
@@ -176,8 +177,8 @@ private:
         std::uint32_t level, node;
     };
 
-    // Boxes of one level of the tree, padded with empty ones to a multiple of the fan-out. The
-    // numbers of siblings stand side by side.
+    // Boxes of one level of the tree, padded with empty ones to a multiple of the fan-out. A
+    // structure of arrays, eight siblings at a time, so that vectors hold one side of several.
     class Level {
     public:
         // Makes room for n boxes; the padding is set.
@@ -220,12 +221,12 @@ private:
         LargeArray<double> sides_;
     };
 
-    static constexpr std::size_t block = 4096;
-    static constexpr std::size_t crowd = 12; // more points than that to a bucket are split
+    static constexpr std::size_t block = 4096; // points whose grid stays in the first cache
+    static constexpr std::size_t crowd = 12;   // a bucket with more points is split
 
-    // Orders all points and emits their leaves. What is sorted first is 4 bytes a point, where the
-    // order will stand; the points of a bucket are then gathered from the caller's array, where
-    // they lie far apart: they are fetched ahead.
+    // Orders all points and emits their leaves. Indices of 4 bytes are sorted first, in place; the
+    // points of a bucket are then gathered from the caller's array. They lie far apart there, so
+    // they are prefetched.
     void split(const Given &given, std::size_t n, const Box<D> &box) {
         if (n > crowd && box.longest() > 0.0) {
             const Grid grid = count(given, n, box);
