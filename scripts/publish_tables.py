@@ -40,7 +40,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "neighbours": rules.neighbours_table,
     },
     "measured/bias.md": {"bias-tables": rules.bias_table, "order0": rules.order0_table},
-    "cpp.md": {"contracts": contracts.contracts_table},
+    "cpp.md": {"header-speed": programs.header_speed_table, "contracts": contracts.contracts_table},
     "measured/cells.md": {"cells": programs.cells_table},
     "measured/renders.md": {
         "scene-domains": renders.domains_table,

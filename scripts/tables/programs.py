@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 from .text import FIGURES, RESULTS, markdown, read, short
 
 
@@ -24,6 +26,18 @@ def cells_summary() -> str:
         times = ", ".join(f"{r['program']} {short(float(r['times voroquad']))}" for r in others)
         rows.append([f"{int(n):,}, {points}", f"{own['ns per point']} ns per point", times])
     return markdown(rows, "l")
+
+
+def header_speed_table(path: Path = RESULTS / "header_speed.csv") -> str:
+    """Time per point of cells by the C++ headers, beside the Python package."""
+    if not path.exists():
+        return "Not measured yet: `python benchmarks/header_speed.py`."
+    rows = [["compiler", "flags", "d", "N", "ns per point", "times the package"]]
+    for r in read(path):
+        flags = f"`{r['flags']}`" if r["flags"] else ""
+        size, time = f"{int(r['n']):,}", f"{int(r['ns per point']):,}"
+        rows.append([r["compiler"], flags, r["d"], size, time, r["times the package"]])
+    return markdown(rows, "ll")
 
 
 def density_table() -> str:
