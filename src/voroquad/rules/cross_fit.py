@@ -5,17 +5,13 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from scipy.spatial import cKDTree
 
-from .. import _core
 from .._support.arrays import Array
 from ..designs.sampling import SampleSet
 from . import kriging_rules
+from .boxes import Boxes, BoxFits, samples_of_a_fit
 from .fit import CrossFit
 from .method import Method
-
-#: Samples of a fit per polynomial term.
-SAMPLES_PER_TERM = 2.4
 
 #: What the standard error of the mean of the Î_r, as independent ones would have it, is multiplied by: they share
 #: samples, and four of them rarely meet a peak. Chosen as :data:`voroquad.rules.strata_fits.ERROR_SCALE`.
@@ -53,32 +49,17 @@ def replicate_shares(points: Array, method: Method, threads: int) -> Array:
         return kriging_rules.krige_replicates(points, threads)
     sets, n, d = points.shape
     m = (sets - 1) * n
-    order = next((p for p in range(method.degree, 0, -1) if m > math.comb(p + d, d) * SAMPLES_PER_TERM), 0)
-    k = min(math.ceil(math.comb(order + d, d) * SAMPLES_PER_TERM), m)
-    per_axis = max(1, math.floor(m ** (1 / d) + 1e-9))
-    boxes = (np.indices((per_axis,) * d).reshape(d, -1).T + 0.5) / per_axis
+    degree = next((p for p in range(method.degree, 0, -1) if m > samples_of_a_fit(p, d)), 0)
+    k = min(math.ceil(samples_of_a_fit(degree, d)), m)
+    boxes = Boxes.about(m, d)
 
     weights = np.empty((sets, sets, n))
     for r in range(sets):
         others = np.ascontiguousarray(np.delete(points, r, axis=0).reshape(m, d))
-        found = cKDTree(others).query(boxes, k=np.arange(1, k + 2))
-        distance, neighbours = np.asarray(found[0]), np.asarray(found[1])
+        distance, nearest = boxes.nearest(others, k + 1)
         radius = distance[:, k] if m > k else distance[:, k - 1] * (1 + 1 / k)
-        home = np.minimum((points[r] * per_axis).astype(np.intp), per_axis - 1)
-        box_of = np.ravel_multi_index(tuple(home.T), (per_axis,) * d)
-        by_box = np.argsort(box_of, kind="stable")
-        starts = np.searchsorted(box_of[by_box], np.arange(len(boxes) + 1))
-        controls = _core.cross_fit_controls(
-            others,
-            boxes,
-            np.full(d, 0.5 / per_axis),
-            np.maximum(radius, 1e-300),
-            np.ascontiguousarray(neighbours[:, :k], dtype=np.int64),
-            order,
-            np.ascontiguousarray(points[r][by_box]),
-            starts.astype(np.int64),
-            threads,
-        )
+        fits = BoxFits(others, boxes.centres, boxes.half_width, radius, nearest[:, :k], degree, threads)
+        controls = fits.controls(points[r], boxes.numbers(points[r]))
         weights[r] = np.insert(controls.reshape(sets - 1, n), r, 1 / n, axis=0)
     return weights
 
