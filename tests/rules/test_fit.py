@@ -1,11 +1,13 @@
 """Errors of fits: of one set by residuals, of several by their spread."""
 
 import math
+from functools import partial
 
 import numpy as np
 import pytest
 
-from voroquad.rules.fit import CrossFit, Fit, ResidualFit
+from voroquad.rules.error_bars import of_corrections
+from voroquad.rules.fit import ChosenFit, CrossFit, Fit, ResidualFit
 
 RNG = np.random.default_rng(1)
 VALUES = RNG.random((3, 2, 5))  # sets, fields, samples
@@ -28,18 +30,25 @@ def test_the_spread_of_sets_is_the_error_of_their_mean():
 
 def test_one_set_tells_its_error_by_residuals():
     residuals = RNG.standard_normal((1, 2, 5))
-    fit = ResidualFit(np.full((1, 5), 0.2), residuals, 0.5)
+    fit = ResidualFit(np.full((1, 5), 0.2), residuals, partial(of_corrections, scale=0.5))
     error, degrees = fit.standard_error(np.zeros((1, 2)))
     np.testing.assert_allclose(error, 0.5 * np.linalg.norm(residuals[0] / 5, axis=1))
-    assert degrees == math.inf
+    assert degrees == of_corrections(residuals[0]).degrees_of_freedom.min() < 5
     assert fit.deviations(np.zeros((1, 2))) is not None
 
 
 def test_several_sets_of_strata_have_the_error_of_their_spread():
     means = RNG.random((3, 2))
-    fit = ResidualFit(np.full((3, 5), 0.2), np.zeros((3, 2, 5)), 0.5)
+    fit = ResidualFit(np.full((3, 5), 0.2), np.zeros((3, 2, 5)), of_corrections)
     np.testing.assert_array_equal(fit.standard_error(means)[0], Fit(fit.weights).standard_error(means)[0])
     np.testing.assert_array_equal(fit.deviations(means), (means - means.mean(axis=0)).T)
+
+
+def test_chosen_fits_have_weights_of_each_field():
+    weights = RNG.standard_normal((3, 2, 5))
+    fit = ChosenFit(weights, np.zeros((3, 2, 5)), of_corrections, ("a", "b"))
+    means, _ = fit.estimates(VALUES)
+    np.testing.assert_allclose(means, np.einsum("sfn,sfn->sf", weights, VALUES))
 
 
 def test_cross_fit_sums_over_all_replicates():

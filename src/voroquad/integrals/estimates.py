@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,9 +11,9 @@ from .._support.arrays import Array
 from ..designs.design import DESIGNS, design_of
 from ..designs.engines import EngineFactory
 from ..designs.sampling import SampleSet, largest_size, sample
-from ..rules.fit import ResidualFit
+from ..rules.fit import ChosenFit, CrossFit, Fit, ResidualFit
 from ..rules.method import Method
-from ..rules.registry import integration_rule, tells_own_error
+from ..rules.registry import Rule, integration_rule, tells_own_error
 from .diagnostics import IntegrationWarning, diagnosis
 from .integrand import Integrand
 
@@ -33,6 +33,7 @@ class Estimate:
 
     ``rounding`` is the part of the error that no number of points reduces. ``deviations`` (fields, m) tell how the
     errors of components are linked: the correlation of k and l is Σ_m D_km D_lm over the roots of the sums of squares.
+    ``rules`` (fields,) say what predicted each.
     """
 
     mean: Array
@@ -42,6 +43,7 @@ class Estimate:
     degrees_of_freedom: float
     warnings: tuple[IntegrationWarning, ...] = ()
     deviations: Array | None = None
+    rules: tuple[str, ...] = ()
 
     @property
     def resolved(self) -> bool:
@@ -104,9 +106,10 @@ class Estimator:
             warning = _surprising_stratum(self.integrand, drawn.points[0], values.scaled[0], fit.residuals[0])
         elif len(means) == 1:
             warning = diagnosis("no-error", points=values.n)
-        return self._estimate(
+        found = self._estimate(
             means.mean(axis=0), error, rounding.mean(axis=0), degrees_of_freedom, values, warning, fit.deviations(means)
         )
+        return replace(found, rules=_told(rule, fit, len(found.mean)))
 
     def _draw(self, n: int) -> SampleSet:
         """Sets of at most n points; four replicates of a quarter of them where one set does not tell its error."""
@@ -140,6 +143,14 @@ class Estimator:
             warnings.append(warning)
         mean, error, rounding = (np.ldexp(x, values.power) for x in (mean, np.hypot(error, rounding), rounding))
         return Estimate(mean, error, rounding, values.n, degrees_of_freedom, tuple(warnings), deviations)
+
+
+def _told(rule: Rule, fit: Fit, fields: int) -> tuple[str, ...]:
+    """What predicted each field."""
+    if isinstance(fit, ChosenFit):
+        return fit.chosen
+    across = f" across {len(fit.weights)} sets" if isinstance(fit, CrossFit) else ""
+    return (f"{rule.method}{across}",) * fields
 
 
 def too_few_samples(values: Array) -> list[IntegrationWarning]:

@@ -128,8 +128,9 @@ def quad(
         ``qmc.Sobol`` or ``functools.partial(qmc.Sobol, bits=50)``, but not an engine, which yields a single
         set. "auto" is "multi-jittered" for d ≤ 4 and "sobol" above.
     order : int, "kriging" or "auto"
-        Order of the rule. "auto" is a fixed function of the dimension and the number of points: for stratified and
-        multi-jittered sets :func:`voroquad.rules.defaults.default_of_strata`, else "kriging". 0 is plain
+        Order of the rule. With "auto" func chooses what predicts it, of multi-jittered sets of up to 32768 points on a
+        line and 2048 above. Other sets have a fixed function of the dimension and the number of points: stratified and
+        multi-jittered ones :func:`voroquad.rules.defaults.default_of_strata`, else "kriging". 0 is plain
         stratification, and the plain mean of replicates.
     debias : str
         As in :func:`voroquad.weights`.
@@ -184,11 +185,11 @@ def quad(
 
         Î = Σ_i [ ∫_{S_i} P_i + \\|S_i\\| (f(x_i) − P_i(x_i)) ],
 
-    where P_i is predicted from samples that x_i does not depend on: a polynomial fitted to those around
-    S_i or, by default in more than one dimension, kriging. This is unbiased for every integrand; for smooth
-    ones the mean squared error of order p falls as N^(−1−2(p+1)/d), and polynomials up to p are exact. The
-    error is read off the corrections of one set, (Σ_i (\\|S_i\\| (f(x_i) − P_i(x_i)))²)^½ times a factor for
-    the order and dimension that ``benchmarks/calibrate_errors.py`` found.
+    where P_i is predicted from samples that x_i does not depend on: on a line a polynomial fitted to those around
+    S_i, in more dimensions kriging or a polynomial fitted to the whole set. Errors of predictions elsewhere choose
+    the order or model, for each component of func by itself; ``rule`` of the result says what was chosen. This is
+    unbiased for every integrand. The error is read off the corrections f(x_i) − P_i(x_i), with Student's t
+    distribution where few of them make it up.
 
     Examples
     --------

@@ -42,7 +42,12 @@ class QuadResult:
     n_evaluations : int
         Number of points func was evaluated at.
     degrees_of_freedom : float
-        Of the Student-t distribution that :meth:`confidence_interval` takes.
+        Of the Student-t distribution that :meth:`confidence_interval` takes. Of several components, those of the one
+        with the fewest.
+    rule : str, array of str, or dict or tuple of these
+        What predicted the integrand, in the structure of func's values; empty where that cannot be said. Chosen models
+        come with the numbers of strata or colours that chose them. Those of both parts of a complex number stand with
+        a bar between them where they differ.
     warnings : tuple of IntegrationWarning
         What the call warned of, each with its ``kind`` and ``details``.
 
@@ -59,6 +64,7 @@ class QuadResult:
     n_evaluations: int
     degrees_of_freedom: float = field(default=math.inf, repr=False)
     warnings: tuple[IntegrationWarning, ...] = field(default=(), repr=False)
+    rule: Any = field(default="", repr=False, compare=False)
     _components: Components | None = field(default=None, repr=False, compare=False)
     _library: Library = field(default=Library(np.empty(0)), repr=False, compare=False)
 
@@ -69,7 +75,9 @@ class QuadResult:
         integral, error = (function.form.assemble(x, function.library.number) for x in (estimate.mean, estimate.error))
         components = Components.of(estimate, function.form)
         warnings = function.diagnoses.all()
-        return cls(integral, error, estimate.n, estimate.degrees_of_freedom, warnings, components, function.library)
+        rule = function.form.texts(estimate.rules) if estimate.rules else ""
+        freedom = estimate.degrees_of_freedom
+        return cls(integral, error, estimate.n, freedom, warnings, rule, components, function.library)
 
     @property
     def covariance(self) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -144,6 +144,15 @@ class Form:
                 start += size
             found.append(values.reshape((*shape, *rows.shape[1:])))
         return found
+
+    def texts(self, rows: Sequence[str]) -> Any:
+        """Texts of rows in the structure that func returns: strings, and arrays of strings (*shape,)."""
+        found: list[Any] = []
+        for leaf in self.leaves(np.arange(len(rows))):
+            parts = np.stack([leaf.real, leaf.imag]) if np.iscomplexobj(leaf) else leaf[None]
+            texts = [" | ".join(dict.fromkeys(rows[int(k)] for k in ks)) for ks in parts.reshape(len(parts), -1).T]
+            found.append(np.array(texts, dtype=object).reshape(leaf.shape) if leaf.ndim else texts[0])
+        return _assembled(self.branch, found)
 
     def assemble(self, rows: Numbers, finish: Callable[[Numbers], Any] = lambda leaf: leaf) -> Any:
         """Rows (fields, ...) in the structure that func returns, each array (*shape, ...) as `finish` makes it."""

@@ -3,7 +3,8 @@
 The estimate is the sum over the strata of the integrals of predictions P_i and of corrections |S_i| (f_i − P_i(x_i)).
 Where corrections r are independent, Σ r² tells the variance of its error. They are not where a sample spoils the
 predictions of its neighbours, and few of them are large where an integrand has an end with a power. So a bar is the
-widest of several, and Student's t distribution makes up for the few corrections that one rests on.
+widest of several, and Student's t distribution makes up for the few corrections that one rests on
+(docs/theory.md, (32)).
 """
 
 from __future__ import annotations

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from .._support.arrays import Array
+from .error_bars import ErrorBar
 
 #: Standard error of a sum Σ_i w_i f_i by rounding, in units of ε Σ_i |w_i f_i|.
 ROUNDING = 2.0
@@ -53,23 +55,40 @@ class ResidualFit(Fit):
     ----------
     residuals : ndarray, (sets, fields, n)
         f(x_i) − P_i(x_i), P_i the prediction that sample i corrects.
-    error_scale : float
-        The standard error of a set's estimate over (Σ_i (r_i / n)²)^½.
+    bar : callable
+        The error bar that residuals (fields, n) of the first set make.
     """
 
     residuals: Array
-    error_scale: float
+    bar: Callable[[Array], ErrorBar]
 
     def standard_error(self, estimates: Array) -> tuple[Array, float]:
-        """As of any fit; of one set, from its residuals."""
+        """As of any fit; of one set, from its residuals, with the degrees of freedom of the field that has fewest."""
         if len(estimates) > 1:
             return spread(estimates)
-        (residuals,) = self.residuals
-        return self.error_scale * np.sqrt(np.square(residuals).sum(axis=-1)) / residuals.shape[-1], math.inf
+        bar = self.bar(self.residuals[0])
+        return bar.error, float(bar.degrees_of_freedom.min(initial=math.inf))
 
     def deviations(self, estimates: Array) -> Array | None:
         """As of any fit; of one set, its residuals."""
         return self.residuals[0] if len(estimates) == 1 else super().deviations(estimates)
+
+
+@dataclass(frozen=True, eq=False)
+class ChosenFit(ResidualFit):
+    """Weights (sets, fields, n) of predictions that each integrand chooses for itself.
+
+    Attributes
+    ----------
+    chosen : tuple of str
+        What predicts, by field.
+    """
+
+    chosen: tuple[str, ...]
+
+    def estimates(self, values: Array, epsilon: float = EPSILON) -> tuple[Array, Array]:
+        """As of any fit; each field has weights of its own."""
+        return weighted_sums(self.weights, values, epsilon)
 
 
 @dataclass(frozen=True, eq=False)

@@ -54,7 +54,7 @@ class GlobalFits:
     Notes
     -----
     With B = 1 − Q Qᵀ the residuals of the fit to all samples are B f, and without the samples u, as for kriging
-    (docs/theory.md, (19)), those at u are
+    (docs/theory.md, (19) and (31)), those at u are
 
         B_uu⁻¹ (B f)_u = b + Q_u (1 − Q_uᵀ Q_u)⁻¹ Q_uᵀ b ,   b = (B f)_u .
     """

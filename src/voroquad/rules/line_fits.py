@@ -3,7 +3,7 @@
 For stratum i, a polynomial of each order is fitted to the samples of a block of strata around it without x_i. How well
 it predicts each of its nearest neighbours when that one is left out, too, needs no other fit: it is the residual over
 one minus the leverage. The order of least squared error predicts stratum i, and x_i corrects it. Neither choice nor
-prediction knows x_i, so the estimate is unbiased: docs/theory.md, (10).
+prediction knows x_i, so the estimate is unbiased: docs/theory.md, (10) and (30).
 """
 
 from __future__ import annotations

@@ -14,9 +14,9 @@ class Method:
 
     Attributes
     ----------
-    name : {"voronoi", "local", "kriging", "mean"}
+    name : {"voronoi", "local", "kriging", "mean", "choice"}
         The value of the nearest sample; polynomials fitted to the samples around a place; the best prediction of a
-        random function; a constant.
+        random function; a constant; what the integrand chooses.
     degree : int or None
         Total degree of the polynomials that it reconstructs exactly; None where that grows with the samples.
     """
@@ -29,10 +29,14 @@ class Method:
         """The ``order`` that names it in :func:`voroquad.weights`."""
         return self.name if self.degree is None else self.degree
 
+    def __str__(self) -> str:
+        return f"order {self.degree}" if self.name == "local" else self.name
+
 
 VORONOI = Method("voronoi", 0)
 KRIGING = Method("kriging", None)
 MEAN = Method("mean", 0)
+CHOICE = Method("choice", None)
 
 
 def local(degree: int) -> Method:

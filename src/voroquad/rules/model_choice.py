@@ -3,7 +3,7 @@
 The candidates are kriging and polynomials of several degrees, fitted to all samples. For a group c, each candidate
 predicts some other groups e, one by one, from the samples of neither; that of least squared error predicts c from all
 others and is corrected by the samples of c. Choice and prediction know nothing of c, so the estimate is unbiased:
-docs/theory.md, (13). Each component of an integrand chooses for itself.
+docs/theory.md, (13) and (30). Each component of an integrand chooses for itself.
 """
 
 from __future__ import annotations

@@ -20,11 +20,12 @@ from ..geometry.cells import cells
 from ..geometry.probes import probed_measures
 from . import exchange
 from .boundary_control import boundary_control
+from .chosen_fits import chooses, fit_by_choice
 from .cross_fit import fit_replicates
 from .defaults import default_methods
 from .fit import Fit
 from .kriging_rules import MOST, krige_independent
-from .method import KRIGING, LOCAL_DEGREES, MEAN, ORDER_ZERO, VORONOI, Method, local, read_order
+from .method import CHOICE, KRIGING, LOCAL_DEGREES, MEAN, ORDER_ZERO, VORONOI, Method, local, read_order
 from .nearest_fits import fit_uniform
 from .strata_fits import fit_strata
 
@@ -241,6 +242,8 @@ def integration_rule(kind: SetKind, methods: tuple[Method, ...], debias: str) ->
     Order 0 with corrections is plain stratification, or the plain mean of each set: predicted constants, which the
     corrections take away again. So is what nothing is asked of and what is a single set.
     """
+    if not methods and tells_own_error(kind.design, debias) and chooses(kind):
+        return Rule("leave-one-out", CHOICE, fit_by_choice)
     if tells_own_error(kind.design, debias):
         return find_rule(kind, (methods or default_methods(kind, debias))[-1:], "leave-one-out", (PLAIN, *RULES))
     corrected = debias in ("auto", "cross-fit")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from ..designs.design import design_of
 from ..designs.grids import stratum_index
 from ..designs.sampling import SampleSet
 from . import kriging_rules
+from .error_bars import of_corrections
 from .fit import ResidualFit
 from .method import Method
 
@@ -75,13 +77,14 @@ def _samples_per_term(order: int, d: int) -> float:
 def error_scale(method: Method, strata: tuple[int, ...]) -> float:
     """The factor between (Σ (|S_i| r_i)²)^½ and the standard error of a set (:data:`ERROR_SCALE`).
 
-    Of a method that is no default of the dimension, the largest.
+    Of a method that is no default of the dimension, the largest. It is at least 1: where an integrand has ends with
+    powers, the few corrections that make up the error tell no more than themselves.
     """
     d, n = min(len(strata), 4), math.prod(strata)
     fitted = method.order if method.degree is None else stencil(method.degree, strata).order
     of_dimension = [scales for (dimension, _), scales in ERROR_SCALE.items() if dimension == d]
     scales = [ERROR_SCALE[d, fitted]] if (d, fitted) in ERROR_SCALE else of_dimension
-    return max(next(factor for least, factor in s if n >= least) for s in scales)
+    return max(1.0, *(next(factor for least, factor in s if n >= least) for s in scales))
 
 
 def fit_strata(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> ResidualFit:
@@ -138,4 +141,4 @@ def fit_strata(samples: SampleSet, method: Method, threads: int, values: Array |
         back = np.argsort(order_of, axis=-1)
         weights = np.take_along_axis(weights, back, axis=-1)
         residuals = np.take_along_axis(residuals, back[:, None], axis=2)
-    return ResidualFit(weights, residuals, error_scale(method, samples.strata))
+    return ResidualFit(weights, residuals, partial(of_corrections, scale=error_scale(method, samples.strata)))
