@@ -35,7 +35,8 @@ ARGUMENTS = {
 }
 
 ATTRIBUTES = {
-    "Cells": "bounds centroids geometries intervals locate measures neighbours periodic points polygon polygon_arrays "
+    "Cells": "bounds centroids geometries intervals locate measures neighbours periodic plot points polygon "
+    "polygon_arrays "
     "polygons polyhedra polyhedron polyhedron_arrays triangulation",
     "Neighbours": "rows surfaces",
     "PiecewiseUniform": "d density from_boxes n sample weights",

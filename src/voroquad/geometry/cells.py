@@ -45,8 +45,8 @@ def cells(
         * an array of vertices (k, d), d = 2 or 3: their convex hull, on whose border all of them must be;
         * a pair ``(A, b)`` of normals (m, d) and offsets (m,): the convex polygon or polytope of all x with A x ≤ b;
         * a polygon or multipolygon, with or without holes, of Shapely, GeoPandas or anything that has
-          ``__geo_interface__``, d = 2; needs the extra ``geo``. Such cells have `measures`, `centroids`, `locate` and
-          `geometries`;
+          ``__geo_interface__``, such as :class:`voroquad.Polygon`, d = 2; needs the extra ``geo``. Such cells have
+          `measures`, `centroids`, `locate`, `geometries` and `plot`;
         * ``"ball"``: the disc or ball that touches the sides of `bounds`, which must be equal; ``"cylinder"``, d = 3:
           the same in the first two axes, between the ends of the third, which may be periodic. Such cells have
           `measures` and `locate`.

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from typing import Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -14,8 +15,12 @@ from .._support.checks import real_numbers
 from .._support.extras import install_hint
 from .bounds import Bounds
 from .neighbours import Neighbours
+from .plots import draw
 from .shapes import Polygons, Polyhedra
 from .triangulation import SAME, Triangulation, triangulate
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class Cells:
@@ -214,6 +219,35 @@ class Cells:
             polyhedra = self.polyhedron_arrays()
             corners, count = polyhedra.coordinates, np.diff(polyhedra.face_offsets[polyhedra.offsets])
         return self._triangulate(corners, np.repeat(np.arange(len(count)), count))
+
+    def plot(self, values: ArrayLike | None = None, *, ax: Axes | None = None, cmap: Any = "viridis") -> Axes:
+        """Draw the cells with Matplotlib, each in the colour of its value; of one set.
+
+        Parameters
+        ----------
+        values : array_like, (n,), optional
+            What colours show: by default the measures.
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; a new figure by default. For d = 3 it must have ``projection="3d"``.
+        cmap : str or matplotlib.colors.Colormap
+            Colours of the smallest to the largest value.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            The axes: ``cells.plot().figure.savefig("cells.png")``. In space the cells are shaded, and drawn smaller
+            about their centroids.
+
+        Raises
+        ------
+        ImportError
+            Matplotlib is not installed; the extra ``study`` brings it.
+        """
+        return draw(self, values, ax, cmap)
+
+    def _outlines(self) -> Iterable[list[Array]]:
+        """Of each cell in the plane the rings (k, 2) around its pieces and holes."""
+        return ([polygon] for polygon in self.polygons())
 
     def _one_set(self, what: str, d: int | None = None) -> Array:
         if self._points.ndim != 2 or d not in (None, self._points.shape[-1]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias, cast
 
 import numpy as np
@@ -102,6 +103,14 @@ class RegionCells(Cells):
     def polygon_arrays(self) -> Polygons:
         """Refused: cells may come in pieces."""
         self._refuse("polygons")
+
+    def _outlines(self) -> Iterable[list[Array]]:
+        import shapely
+
+        for pieces in self.geometries():
+            parts = [part for part in shapely.get_parts(pieces) if part.geom_type == "Polygon"]
+            rings = [ring for part in parts for ring in (part.exterior, *part.interiors)]
+            yield [shapely.get_coordinates(ring)[:-1] for ring in rings] or [shapely.get_coordinates(pieces)[:1]]
 
     def _find_neighbours(self) -> Neighbours:
         self._refuse("neighbours")

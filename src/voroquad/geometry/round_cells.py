@@ -67,6 +67,9 @@ class RoundCells(Cells):
         radius = box.length_in_core(self._radius)
         return box.measures_from_core(_core.measures_in_cylinder(inside[None], *box.in_core, radius, self._threads))
 
+    def _outlines(self) -> NoReturn:
+        self._refuse("outlines")
+
     def _find_centroids(self) -> Array:
         self._refuse("centroids")
 

@@ -256,6 +256,12 @@ class Polygon:
             )
         self.trapezoids: tuple[Trapezoid, ...] = tuple(found)
 
+    @property
+    def __geo_interface__(self) -> dict[str, Any]:
+        """As GeoJSON, which Shapely, GeoPandas and :func:`voroquad.cells` take."""
+        rings = [np.concatenate([ring, ring[:1]]).tolist() for ring in (self.vertices, *self.holes)]
+        return {"type": "Polygon", "coordinates": rings}
+
     def parts(self) -> list[Part]:
         """The trapezoids, each with its share of the samples."""
         return [Part(t, t.volume / self.volume) for t in self.trapezoids]

@@ -1,0 +1,100 @@
+"""Pictures of cells, with Matplotlib."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING, Any, Protocol
+
+import numpy as np
+
+from .._support.arrays import Array
+from .._support.checks import real_numbers
+from .._support.extras import install_hint
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+#: Where light comes from in space, and how bright a face that turns away from it is
+LIGHT = np.array([0.35, -0.5, 0.79])
+SHADE = 0.55
+#: In space cells are drawn smaller about their centroids, so that inner faces show
+SHRUNK = 0.85
+
+
+class Drawable(Protocol):
+    """What a picture needs of cells."""
+
+    @property
+    def points(self) -> Array: ...
+    @property
+    def measures(self) -> Array: ...
+    @property
+    def centroids(self) -> Array: ...
+    def intervals(self) -> Array: ...
+    def _outlines(self) -> Iterable[list[Array]]: ...
+    def polyhedra(self) -> list[list[Array]]: ...
+
+
+def draw(cells: Drawable, values: Any, ax: Axes | None, cmap: Any) -> Axes:
+    """Draw the cells of one set of points, coloured by a value for each; see :meth:`Cells.plot`."""
+    try:
+        import matplotlib.pyplot as plt
+        from matplotlib.cm import ScalarMappable
+    except ImportError as error:
+        raise ImportError(f"plot needs Matplotlib; {install_hint('study')}") from error
+    points = cells.points
+    if points.ndim != 2:
+        raise ValueError(f"plot needs one set of points (n, d), got shape {points.shape}")
+    numbers = cells.measures if values is None else real_numbers("values", values)
+    if numbers.shape != points.shape[:1]:
+        raise ValueError(f"values has shape {numbers.shape}; give one for each of the points, ({len(points)},)")
+    d = points.shape[1]
+    if ax is None:
+        ax = plt.figure().add_subplot(projection="3d" if d == 3 else None)
+    elif (d == 3) != (ax.name == "3d"):
+        raise ValueError(f"points in d = {d} need an ax with{'' if d == 3 else 'out'} projection='3d'")
+    mappable = ScalarMappable(cmap=cmap)
+    mappable.set_array(numbers)
+    mappable.autoscale()
+    colours = np.asarray(mappable.to_rgba(numbers))
+    (_draw_line, _draw_plane, _draw_space)[d - 1](cells, colours, ax)
+    return ax
+
+
+def _draw_line(cells: Drawable, colours: Array, ax: Axes) -> None:
+    ends = cells.intervals()
+    ax.bar(ends[:, 0], 1.0, np.diff(ends, axis=1)[:, 0], align="edge", color=colours, edgecolor="white")
+    ax.plot(cells.points[:, 0], np.full(len(ends), 0.5), ".", color="black", markersize=4)
+    ax.set(ylim=(0, 1), yticks=[])
+
+
+def _draw_plane(cells: Drawable, colours: Array, ax: Axes) -> None:
+    from matplotlib.collections import PathCollection
+    from matplotlib.path import Path
+
+    paths = [
+        Path.make_compound_path(*(Path(np.concatenate([ring, ring[:1]]), closed=True) for ring in rings))
+        for rings in cells._outlines()
+    ]
+    ax.add_collection(PathCollection(paths, facecolors=colours, edgecolors="white", linewidths=0.6))
+    ax.plot(*cells.points.T, ".", color="black", markersize=3)
+    ax.autoscale_view()
+    ax.set_aspect("equal")
+
+
+def _draw_space(cells: Drawable, colours: Array, ax: Any) -> None:
+    from mpl_toolkits.mplot3d.art3d import Poly3DCollection
+
+    polygons, shaded = [], []
+    for faces, centre, colour in zip(cells.polyhedra(), cells.centroids, colours, strict=True):
+        for face in faces:
+            normal = np.cross(face[1:-1] - face[0], face[2:] - face[0]).sum(axis=0)
+            length = float(np.linalg.norm(normal))
+            towards = max(0.0, float(normal @ LIGHT) / length) if length > 0 else 0.0
+            polygons.append(centre + SHRUNK * (face - centre))
+            shaded.append([*(colour[:3] * (SHADE + (1 - SHADE) * towards)), colour[3]])
+    ax.add_collection3d(Poly3DCollection(polygons, facecolors=shaded, edgecolors=(0, 0, 0, 0.25), linewidths=0.3))
+    corners = np.concatenate(polygons)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
+    ax.set_box_aspect(high - low)
