@@ -1,5 +1,6 @@
 """The documentation builds without a warning, holds the committed numbers and takes nothing from the network."""
 
+import csv
 import re
 import subprocess
 import sys
@@ -74,3 +75,12 @@ def test_programs_of_a_page_run(page, capsys):
     blocks = [b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "scene.xml" not in b]
     assert len(blocks) >= 2
     exec("\n".join(blocks), {})
+
+
+def test_the_table_of_coverage_leaves_no_size_out():
+    """Small sets cover less; they are not to be hidden."""
+    with (ROOT / "benchmarks" / "results" / "coverage.csv").open() as file:
+        measured = [(row["d"], row["evaluations"]) for row in csv.DictReader(file)]
+    text = (ROOT / "docs" / "measured" / "error-bars.md").read_text(encoding="utf-8")
+    table = text.split("<!-- table: coverage -->")[1].split("<!-- end -->")[0]
+    assert [tuple(row) for row in re.findall(r"^\| (\d+) \| (\d+) \|", table, re.MULTILINE)] == measured

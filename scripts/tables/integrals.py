@@ -52,9 +52,8 @@ def coverage_table() -> str:
     measured = read(RESULTS / "coverage.csv")
     rows = [["d", "evaluations", "mean", "least", "of the family"]]
     for r in measured:
-        if int(r["n"]) >= 128:
-            least = min(FAMILIES, key=lambda family: float(r[family]))
-            rows.append([r["d"], r["evaluations"], percent(r["mean"]), percent(r["least"]), least])
+        least = min(FAMILIES, key=lambda family: float(r[family]))
+        rows.append([r["d"], r["evaluations"], percent(r["mean"]), percent(r["least"]), least])
     return markdown(rows, "l")
 
 
