@@ -57,6 +57,17 @@ def test_bands_and_chunks_do_not_change_the_bits(ball, monkeypatch):
     np.testing.assert_array_equal(render(scene, plain(**adaptive)), whole)
 
 
+def test_a_scene_that_changes_gets_a_pilot_of_its_own(ball):
+    scene = load_scene(ball, size=(16, 12))
+    parameters = mi.traverse(scene)
+    key = next(name for name in parameters.keys() if name.endswith("irradiance.value"))  # noqa: SIM118
+    integrator = plain(adaptive="absolute", aovs="samples")
+    before = render(scene, integrator)
+    parameters[key] = parameters[key] * 0.5
+    parameters.update()
+    np.testing.assert_allclose(render(scene, integrator)[..., :3], before[..., :3] / 2, rtol=1e-5)
+
+
 @pytest.mark.statistical
 def test_it_is_unbiased_and_better(ball):
     """Over seeds, against many samples everywhere; then the mean squared error at equal samples."""

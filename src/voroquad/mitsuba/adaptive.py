@@ -10,7 +10,7 @@ import numpy as np
 
 from .._support.checks import one_of
 from . import accumulation
-from .accumulation import Footprint, pixel_means, quotient
+from .accumulation import Footprint, Pass, pixel_means, quotient
 from .allocation import KINDS, Counts, Sharing
 from .blend import Floats
 from .owen_sobol import OwenSobol
@@ -125,6 +125,11 @@ class Adaptive(Plain):
         return super()._sampler_of(sensor, spp)
 
     # ------------------------------------------------------------------ the image
+
+    def render_pass(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> Pass:
+        """Render pilot and image: a pilot from before may be that of a scene which has changed since."""
+        self._pilot = None
+        return super().render_pass(scene, sensor, seed, spp)
 
     def explore(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> None:
         """Render the pilot and share the samples out, unless the last pilot is that of this image."""

@@ -62,8 +62,8 @@ class OwenSobol(mi.Sampler):
          pixels near each other cancel to the eye. ``none``: each pixel has a scramble of its own. (Default: ``morton``)
      * - generators
        - |string|
-       - ``joe-kuo``, Sobol' sequences; ``sz``, quads of coordinates over the field of four elements; ``auto``, the
-         better one in most of the scenes of ``benchmarks/samplers.py``. (Default: ``auto``)
+       - ``joe-kuo``, Sobol' sequences; ``sz``, quads of coordinates over the field of four elements; ``auto``, what
+         this version recommends: ``sz``. (Default: ``auto``)
      * - seed
        - |int|
        - Changes all numbers, as the seed of a render does. (Default: 0)
