@@ -9,12 +9,18 @@ import numpy as np
 from .._support.checks import one_of
 from ..designs.engines import EngineFactory
 from ..rules.method import HIGHEST_DIMENSION, KRIGING, ORDER_ZERO, Method, highest_order, local, read_order
-from . import pilot
+from . import pilot, replicates
 from .estimates import Estimate, Estimator
 from .integrand import Integrand
 
 #: "auto" is the rule that order, sampler and debias name.
-METHODS = ("auto", "kriging", "local", "pilot", "plain")
+METHODS = ("auto", "kriging", "local", "pilot", "plain", "polynomials")
+
+#: Methods that draw their own points: the highest dimension and the fewest evaluations.
+OWN_POINTS = {
+    "pilot": (pilot.HIGHEST_DIMENSION, pilot.FEWEST),
+    "polynomials": (replicates.HIGHEST_DIMENSION, replicates.FEWEST),
+}
 
 #: What "local" takes where no order is asked for, by dimension, else cubics; on a line it is left to the points.
 LOCAL_METHODS: dict[int, tuple[Method, ...]] = {1: (), 2: (local(8),)}
@@ -38,24 +44,31 @@ def estimator(
     """
     one_of("method", method, METHODS)
     read_order(order, integrand.d)
-    if method == "pilot":
-        _check_pilot(integrand.d, n_points, sampler, order, debias)
-        return pilot.PilotEstimator(integrand, sets, rng, threads)
+    if method in OWN_POINTS:
+        _check_own_points(method, integrand.d, n_points, sampler, order, debias)
+        if method == "pilot":
+            return pilot.PilotEstimator(integrand, sets, rng, threads)
+        return replicates.ReplicateEstimator(integrand, sets, rng)
     if sampler == "auto":
         sampler = "multi-jittered" if integrand.d <= 4 else "sobol"
     return Estimator(integrand, sampler, _methods(method, order, integrand.d), debias, sets, rng, threads)
 
 
-def _check_pilot(d: int, n_points: int, sampler: str | EngineFactory, order: int | str, debias: str) -> None:
-    if d > pilot.HIGHEST_DIMENSION:
+def _check_own_points(
+    method: str, d: int, n_points: int, sampler: str | EngineFactory, order: int | str, debias: str
+) -> None:
+    highest, fewest = OWN_POINTS[method]
+    if d > highest:
         raise ValueError(
-            f"method='pilot' integrates in d = 1 to {pilot.HIGHEST_DIMENSION} dimensions, got d = {d}; leave method out"
+            f"method={method!r} integrates in d = 1 to {highest} dimensions, got d = {d}; leave method out"
         )
     for name, value in (("sampler", sampler), ("order", order), ("debias", debias)):
         if value != "auto":
-            raise ValueError(f"{name}={value!r} does not go with method='pilot', which has its own; leave {name} out")
-    if n_points < pilot.FEWEST:
-        raise ValueError(f"n_points must be at least {pilot.FEWEST} for method='pilot', got {n_points}")
+            raise ValueError(
+                f"{name}={value!r} does not go with method={method!r}, which has its own; leave {name} out"
+            )
+    if n_points < fewest:
+        raise ValueError(f"n_points must be at least {fewest} for method={method!r}, got {n_points}")
 
 
 def _methods(method: str, order: int | str, d: int) -> tuple[Method, ...]:

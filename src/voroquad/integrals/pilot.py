@@ -14,6 +14,7 @@ from ..rules.fit import ROUNDING
 from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import FEWEST_STRATA, SURPRISE, Estimate, unresolved
 from .integrand import Integrand
+from .spread import across
 
 #: Highest dimension in which the rule exists.
 HIGHEST_DIMENSION = 3
@@ -63,7 +64,7 @@ class PilotEstimator:
         for _ in range(1, self.sets):
             run.start_again(self._keys())
             found.append(run.estimate(n))
-        return found[0] if self.sets == 1 else _across(found, shared=run.k**d)
+        return across(found, shared=run.k**d)
 
     def _keys(self) -> NDArray[np.uint64]:
         d = self.integrand.d
@@ -148,19 +149,6 @@ class _Run:
                 x, _ = self.integrand.pull_back(centre)
                 return diagnosis("one-stratum", x=x[:, 0].tolist(), share=round(square / total, 3))
         return None
-
-
-def _across(found: list[Estimate], shared: int) -> Estimate:
-    """The mean of independent estimates with the error of their spread; `shared` evaluations are common to all."""
-    means = np.stack([e.mean for e in found])
-    rounding = np.mean([e.rounding for e in found], axis=0)
-    error = means.std(axis=0, ddof=1) / math.sqrt(len(found))
-    warnings = {w.kind: w for e in found for w in e.warnings}
-    n = sum(e.n - shared for e in found) + shared
-    mean = means.mean(axis=0)
-    return Estimate(
-        mean, np.hypot(error, rounding), rounding, n, len(found) - 1, tuple(warnings.values()), (means - mean).T
-    )
 
 
 def _largest(values: Array) -> float:

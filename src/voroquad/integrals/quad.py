@@ -122,7 +122,9 @@ def quad(
         "auto" is the rule that `order`, `sampler` and `debias` name, which are for that one only. "kriging" and "local"
         predict each sample from those around it, by kriging or by polynomials (of the order 8 in the plane, 3 above, on
         a line as many as there are points for; `order` may name another). "pilot" is for many points in d ≤ 3: a
-        grid of a quarter of them predicts, and says where samples go. "plain" predicts nothing.
+        grid of a quarter of them predicts, and says where samples go. "polynomials" is for many points in more
+        dimensions, up to 20: Sobol' replicates, each corrected by polynomials that are fitted to the others. "plain"
+        predicts nothing.
     sampler : str or callable
         A random one of :func:`voroquad.sample`: a name, or what makes an engine from ``(d, rng=)``, such as
         ``qmc.Sobol`` or ``functools.partial(qmc.Sobol, bits=50)``, but not an engine, which yields a single

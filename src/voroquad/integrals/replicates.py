@@ -1,0 +1,139 @@
+"""Many samples in many dimensions: Sobol' replicates, each corrected by polynomials fitted to the others."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .._support.arrays import Array
+from ..rules.fit import ROUNDING
+from ..rules.nested_fits import Moments, fits, predicted, terms_of
+from .estimates import Estimate, unresolved
+from .integrand import Integrand
+from .spread import across
+
+REPLICATES = 8
+
+#: Highest dimension: above it there are too few terms for their number to tell anything.
+HIGHEST_DIMENSION = 20
+
+#: Fewest evaluations: eight for each replicate.
+FEWEST = 64
+
+#: Terms of a family at most, over the cube root of the evaluations: fits then cost as much as evaluating the terms.
+TERMS, MOST_TERMS = 14, 715
+
+#: Samples of a fit per term: no more take part in it, and a candidate has half of them or more.
+MOST_PER_TERM, FEWEST_PER_TERM = 20, 10
+
+#: What the standard error of the mean of replicates, as independent ones would have it, is multiplied by.
+ERROR_SCALE = 1.3
+
+#: Parts of a net that judge a candidate, and what it must make of the plain mean's square.
+PARTS, WORTH = 32, 0.1
+
+#: Points of a call of the integrand.
+POINTS_AT_ONCE = 1 << 15
+
+
+@dataclass(frozen=True)
+class ReplicateEstimator:
+    r"""Scrambled Sobol' replicates with cross-fitted polynomials.
+
+    With P_r fitted to the other replicates the estimate of replicate r is ∫ P_r + mean(f − P_r). The candidate that P_r
+    is, is the one with the least squared residuals on replicate r + 1 among fits without both. So P_r knows nothing
+    of replicate r, whose points are uniform: each estimate is unbiased.
+    """
+
+    integrand: Integrand
+    sets: int
+    rng: np.random.Generator
+
+    def __call__(self, n: int) -> Estimate:
+        """An estimate from at most n evaluations for each of the sets."""
+        return across([_Replicates(self.integrand, 1 << int(math.log2(max(n // REPLICATES, 1)))).estimate(self.rng)
+                       for _ in range(self.sets)])  # fmt: skip
+
+
+class _Replicates:
+    """Replicates of m points each; values are in units of 2^power, so that no square over- or underflows."""
+
+    def __init__(self, integrand: Integrand, m: int):
+        self.integrand, self.m = integrand, m
+        d, n = integrand.d, REPLICATES * m
+        self.terms = terms_of(
+            d, max(1, min(int(TERMS * n ** (1 / 3)), MOST_TERMS, (REPLICATES - 2) * m // FEWEST_PER_TERM))
+        )
+        wanted = MOST_PER_TERM * len(self.terms) / (REPLICATES - 2)
+        #: Points of a replicate that take part in fits, a power of two
+        self.fitted = min(m, 1 << max(6, math.ceil(math.log2(wanted))))
+
+    def estimate(self, rng: np.random.Generator) -> Estimate:
+        """Draws, fits, and corrects."""
+        from scipy.stats import qmc
+
+        d = self.integrand.d
+        engines = [qmc.Sobol(d, scramble=True, bits=53, rng=r) for r in rng.spawn(REPLICATES)]
+        points = [engine.random(self.fitted) for engine in engines]
+        values = [self._values(x) for x in points]
+        _, power = np.frexp(np.max([_largest(y) for y in values], axis=0))
+        values = [np.ldexp(y, -power[:, None]) for y in values]
+        moments = [Moments.of(self.terms, x, y) for x, y in zip(points, values, strict=True)]
+        sums = []
+        for r, engine in enumerate(engines):
+            c = self._coefficients(moments, points, values, r)
+            of_replicate = self._sums(c, points[r], values[r])
+            for done in range(self.fitted, self.m, POINTS_AT_ONCE):
+                x = engine.random(min(POINTS_AT_ONCE, self.m - done))
+                of_replicate += self._sums(c, x, np.ldexp(self._values(x), -power[:, None]))
+            sums.append(np.stack([c[0], *(of_replicate / self.m)]))
+        return self._estimate(np.stack(sums), power)
+
+    def _values(self, x: Array) -> Array:
+        return self.integrand(np.asfortranarray(x))
+
+    def _coefficients(self, moments: list[Moments], points: list[Array], values: list[Array], r: int) -> Array:
+        """Those (terms, fields) of what replicate r corrects: for each component the candidate that the next judges."""
+        q = (r + 1) % REPLICATES
+        whole = sum(moments[1:], moments[0])
+        judged = predicted(self.terms, fits(whole - moments[r] - moments[q], self.terms), points[q])
+        best = _best(judged - values[q])
+        return fits(whole - moments[r], self.terms)[best, :, np.arange(len(best))].T
+
+    def _sums(self, coefficients: Array, x: Array, y: Array) -> Array:
+        """Σ (f − P), Σ |f|, Σ f² and Σ |P| of each component, (4, fields), over points (n, d)."""
+        p = predicted(self.terms, coefficients, x)
+        return np.stack([part.sum(axis=-1) for part in (y - p, np.abs(y), np.square(y), np.abs(p))])
+
+    def _estimate(self, sums: Array, power: NDArray[np.intc]) -> Estimate:
+        """From ∫ P and the means of f − P, |f|, f² and |P| in each replicate, (replicates, 5, fields)."""
+        n = REPLICATES * self.m
+        means = sums[:, 0] + sums[:, 1]
+        mean, (_, _, absolute, square, predicted_size) = means.mean(axis=0), sums.mean(axis=0)
+        rounding = ROUNDING * self.integrand.epsilon * (absolute + predicted_size)
+        spread = ERROR_SCALE * means.std(axis=0, ddof=1) / math.sqrt(REPLICATES)
+        empty = self.integrand.empty
+        warnings = [] if empty else unresolved(n * absolute, n * square, square == 0, n)
+        mean, error, rounding = (np.ldexp(v, power) for v in (mean, np.hypot(spread, rounding), rounding))
+        deviations = (means - means.mean(axis=0)).T
+        return Estimate(mean, error, rounding, n, REPLICATES - 1, tuple(warnings), deviations)
+
+
+def _best(residuals: Array) -> NDArray[np.intp]:
+    """The candidate (fields,) whose residuals (candidates, fields, n) on a net have the smallest sums over its parts.
+
+    Consecutive points are nets, too. What counts is not the size of the residuals but what a net leaves of them: the
+    plain mean, the first candidate, is hard to beat there, and another one must make a tenth of its square.
+    """
+    parts = residuals.reshape(*residuals.shape[:-1], PARTS, -1).mean(axis=-1)
+    scores = parts.var(axis=-1)
+    best = np.argmin(scores, axis=0)
+    least = np.take_along_axis(scores, best[None], axis=0)[0]
+    return np.where(least < WORTH * scores[0], best, 0)
+
+
+def _largest(values: Array) -> Array:
+    return np.abs(values).max(axis=1, initial=0, where=np.isfinite(values))

@@ -1,0 +1,149 @@
+"""method="polynomials": Sobol' replicates that polynomials fitted to the others correct."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+import voroquad as vq
+from voroquad.integrals import replicates
+from voroquad.integrals.evaluation import Function
+from voroquad.integrals.integrand import Integrand
+from voroquad.integrals.library import Library
+from voroquad.integrals.regions import Box
+from voroquad.rules.nested_fits import Moments, fits, predicted
+from voroquad.study.genz import instances
+
+
+def integrate(func, d: int, n: int, **how: object) -> vq.QuadResult:
+    return vq.quad(func, np.zeros(d), np.ones(d), **({"n_points": n, "method": "polynomials", "rng": 1} | how))
+
+
+@pytest.mark.parametrize(("d", "n"), [(1, 512), (2, 4096), (4, 16_384), (8, 8192)])
+def test_polynomials_are_exact(d, n):
+    """Of total degree 2, or 4 in few dimensions, up to the ridge."""
+    p = 2 if d > 2 else 4
+    r = integrate(lambda x: np.stack([x.sum(axis=0) ** 2, x[0] ** p, 1 + 0 * x[0]]), d, n)
+    np.testing.assert_allclose(r.integral, [d / 12 + d * d / 4, 1 / (p + 1), 1], rtol=1e-9)
+    assert r.n_evaluations == n
+    assert r.degrees_of_freedom == 7
+
+
+def test_smooth_integrands_gain():
+    d, n = 4, 8192
+    func = lambda x: np.exp(x.sum(axis=0) / 2)  # noqa: E731
+    exact = (2 * (math.exp(0.5) - 1)) ** d
+    errors = {
+        method: np.sqrt(
+            np.mean([(integrate(func, d, n, method=method, rng=s).integral - exact) ** 2 for s in range(5)])
+        )
+        for method in ("polynomials", "plain")
+    }
+    assert errors["polynomials"] < errors["plain"] / 20
+
+
+def test_components_choose_for_themselves():
+    """What goes with a component changes nothing of it but the last digits."""
+    both = integrate(lambda x: np.stack([np.exp(x[0] * x[1]), x.sum(axis=0) < 1.2]), 4, 4096)
+    for i, func in enumerate([lambda x: np.exp(x[0] * x[1]), lambda x: 1.0 * (x.sum(axis=0) < 1.2)]):
+        alone = integrate(func, 4, 4096)
+        assert both.integral[i] == pytest.approx(alone.integral, rel=1e-12)
+        assert both.standard_error[i] == pytest.approx(alone.standard_error, rel=1e-6)
+
+
+def test_batches_change_no_bit_and_points_come_in_blocks(monkeypatch):
+    monkeypatch.setattr(replicates, "MOST_TERMS", 30)
+    monkeypatch.setattr(replicates, "POINTS_AT_ONCE", 1024)
+    sizes = []
+
+    def func(x: np.ndarray) -> np.ndarray:
+        sizes.append(x.shape[1])
+        return np.exp(x[0] * x[1])
+
+    whole = integrate(func, 4, 40_000)
+    assert max(sizes) == 1024
+    assert sum(sizes) == whole.n_evaluations == 32_768
+    assert integrate(func, 4, 40_000, batch=100).integral == whole.integral
+    assert max(sizes[-300:]) == 100
+
+
+@pytest.mark.parametrize("power", [-900, 900])
+def test_no_scale_of_the_integrand_changes_a_digit(power):
+    one, other = (integrate(lambda x, p=p: np.ldexp(np.exp(x[0] * x[1]), p), 4, 512) for p in (0, power))
+    assert other.integral == math.ldexp(one.integral, power)
+
+
+def test_what_it_warns_of():
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always")
+        assert integrate(lambda x: 0 * x[0], 5, 512).integral == 0
+        assert np.isnan(integrate(lambda x: np.where(x[0] < 0.5, np.nan, 1.0), 5, 512).integral)
+        assert not integrate(lambda x: np.exp(-1e3 * np.square(x - 0.5).sum(axis=0)), 8, 512).success
+    assert [w.message.kind for w in caught] == ["zero", "not-finite", "few-samples"]
+
+
+@pytest.mark.parametrize(
+    ("d", "arguments", "message"),
+    [
+        (21, {}, "d = 1 to 20 dimensions, got d = 21"),
+        (4, {"n_points": 63}, "n_points must be at least 64"),
+        (4, {"sampler": "sobol"}, "sampler='sobol' does not go"),
+        (4, {"order": 2}, "order=2 does not go"),
+    ],
+)
+def test_what_the_rule_does_not_take(d, arguments, message):
+    with pytest.raises(ValueError, match=message):
+        integrate(lambda x: pytest.fail("called"), d, 512, **arguments)
+
+
+def scores(found: np.ndarray, truth: np.ndarray) -> float:
+    """Σ z² over integrands, of estimates (repetitions, integrands)."""
+    z = (found.mean(axis=0) - truth) / found.std(axis=0, ddof=1) * math.sqrt(len(found))
+    return float(np.square(z).sum())
+
+
+def repeated(repetitions: int) -> tuple[np.ndarray, np.ndarray]:
+    members = [m for m in instances(4, 2, rng=9) if m.name not in ("peak", "jump")]  # which few samples meet
+    func = lambda x: np.stack([m(x) for m in members])  # noqa: E731
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vq.IntegrationWarning)
+        found = np.array([integrate(func, 4, 256, rng=s).integral for s in range(repetitions)])
+    return found, np.array([m.integral for m in members])
+
+
+@pytest.mark.statistical
+def test_unbiased():
+    # 12 degrees of freedom: exceeded once in 10^6
+    assert scores(*repeated(1000)) < 52
+
+
+@pytest.mark.statistical
+def test_a_choice_that_knows_the_replicate_is_biased(monkeypatch):
+    """The negative control: of the candidates' estimates the smallest."""
+
+    def smallest(self, moments, points, values, r):
+        c = fits(sum(moments[1:], moments[0]) - moments[r], self.terms)
+        estimates = (values[r] - predicted(self.terms, c, points[r])).mean(axis=-1) + c[:, 0]
+        return c[estimates.argmin(axis=0), :, np.arange(len(values[r]))].T
+
+    monkeypatch.setattr(replicates._Replicates, "_coefficients", smallest)
+    assert scores(*repeated(200)) > 120
+
+
+def test_neither_fit_nor_choice_knows_the_replicate():
+    """Whatever its values are, the coefficients that correct it are the same, up to rounding."""
+    library = Library.of(0, 1)
+    run = replicates._Replicates(Integrand(Function(lambda x: x[0], library), Box([0] * 3, [1] * 3, library)), 64)
+    rng = np.random.default_rng(5)
+    points = [rng.random((64, 3)) for _ in range(8)]
+    values = [np.exp(x.sum(axis=1))[None] for x in points]
+    moments = [Moments.of(run.terms, x, y) for x, y in zip(points, values, strict=True)]
+    for r in range(8):
+        others = [*values[:r], rng.random((1, 64)), *values[r + 1 :]]
+        other_moments = [*moments[:r], Moments.of(run.terms, points[r], others[r]), *moments[r + 1 :]]
+        kept = run._coefficients(moments, points, values, r)
+        assert np.abs(kept[1:]).max() > 0.1
+        np.testing.assert_allclose(run._coefficients(other_moments, points, others, r), kept, atol=1e-9)
