@@ -17,7 +17,7 @@ from ..designs.sampling import SampleSet
 from . import kriging_rules
 from .error_bars import of_corrections
 from .fit import ResidualFit
-from .method import Method
+from .method import HIGHEST_DIMENSION, Method
 
 #: Fewest samples of a fit per polynomial term: with less, even on a small grid, the order is lowered.
 FEWEST_PER_TERM = 1.5
@@ -87,6 +87,15 @@ def error_scale(method: Method, strata: tuple[int, ...]) -> float:
     return max(1.0, *(next(factor for least, factor in s if n >= least) for s in scales))
 
 
+def _plain(values: Array) -> tuple[Array, Array]:
+    """Equal weights (sets, n), and how far values (sets, fields, n) are from the mean of all others of their set."""
+    sets, _, n = values.shape
+    weights = np.full((sets, n), 1 / n)
+    if n == 1:
+        return weights, values
+    return weights, (values - values.mean(axis=-1, keepdims=True)) * (n / (n - 1))
+
+
 def fit_strata(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> ResidualFit:
     """Leave-one-out with one sample per stratum.
 
@@ -114,8 +123,9 @@ def fit_strata(samples: SampleSet, method: Method, threads: int, values: Array |
         Î = Σ_i [ ∫_{S_i} P_i + |S_i| (f(x_i) − P_i(x_i)) ].
 
     P_i does not depend on x_i, which is uniform in S_i, so each term has mean ∫_{S_i} f: the rule is
-    unbiased for every integrand. Of multi-jittered sets, all samples of the colour of x_i are left out.
-    docs/theory.md, (10) and (11).
+    unbiased for every integrand. Above eight dimensions degree 0 predicts the mean of all other samples, in place of
+    those around S_i; either way the weights are equal. Of multi-jittered sets, all samples of the colour of x_i are
+    left out. docs/theory.md, (10) and (11).
     """
     points = samples.batch
     assert samples.strata is not None
@@ -132,6 +142,8 @@ def fit_strata(samples: SampleSet, method: Method, threads: int, values: Array |
     points, values = np.ascontiguousarray(points), np.ascontiguousarray(values)
     if method.degree is None:
         weights, residuals = kriging_rules.krige_strata(points, samples.strata, period, values, threads)
+    elif samples.d > HIGHEST_DIMENSION:
+        weights, residuals = _plain(values)
     else:
         block = stencil(method.degree, samples.strata)
         weights, residuals, _ = _core.leave_one_out_strata(
