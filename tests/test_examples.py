@@ -1,5 +1,6 @@
 """The examples run, and what they print is what they promise."""
 
+import os
 import re
 import subprocess
 import sys
@@ -10,9 +11,11 @@ import pytest
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
 
-def lines(name):
+def lines(name, *arguments):
     """What an example prints."""
-    done = subprocess.run([sys.executable, EXAMPLES / name], capture_output=True, text=True, check=True)
+    environment = {**os.environ, "MPLBACKEND": "Agg"}
+    command = [sys.executable, EXAMPLES / name, *arguments]
+    done = subprocess.run(command, capture_output=True, text=True, check=True, env=environment)
     return done.stdout.splitlines()
 
 
@@ -36,3 +39,18 @@ def test_one_integral():
 def test_importance_sampling(line):
     estimate, exact = numbers(lines("importance_sampling.py")[line])
     assert abs(estimate - exact) < 1e-3
+
+
+@pytest.mark.parametrize(("name", "picture"), [("rain_gauges.py", "gauges.png"), ("declustering.py", "grades.png")])
+def test_cells_weigh_what_was_sampled_unevenly(name, picture, tmp_path):
+    ((plain,), (weighted,), (truth,)) = map(numbers, lines(name, "-o", tmp_path))
+    assert abs(weighted - truth) < abs(plain - truth) / 5
+    assert (tmp_path / picture).stat().st_size > 10_000
+
+
+def test_particles(tmp_path):
+    gas, clustered = map(numbers, lines("particles.py", "-o", tmp_path))
+    assert gas[0] == clustered[0] == 1000
+    assert clustered[1] > 2 * gas[1]
+    assert abs(gas[2] - (2 + 48 / 35 * 3.14159265**2)) < 0.1  # of a Poisson process (Meijering 1953)
+    assert (tmp_path / "particles.png").stat().st_size > 10_000
