@@ -1,121 +1,275 @@
+# Written by scripts/make_stubs.py with nanobind 3.1.0
 from collections.abc import Sequence
+from typing import Annotated, Final, TypeAlias
 
-import numpy as np
+import numpy
 from numpy.typing import NDArray
 
+def processor_levels() -> list[str]: ...
 def measures(
-    points: NDArray[np.float64],
-    sides: NDArray[np.float64],
-    periodic: NDArray[np.bool_],
-    walls: NDArray[np.float64],
+    points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    walls: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
     threads: int,
-) -> NDArray[np.float64]: ...
+) -> NDArray[numpy.float64]: ...
 def intervals(
-    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_]
-) -> NDArray[np.float64]: ...
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+) -> NDArray[numpy.float64]: ...
 def polygons(
-    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_], walls: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.uint64]]: ...
+    points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    walls: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
+) -> tuple[NDArray[numpy.float64], NDArray[numpy.uint64]]: ...
 def polyhedra(
-    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_], walls: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], NDArray[np.uint64], NDArray[np.uint64]]: ...
+    points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    walls: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
+) -> tuple[NDArray[numpy.float64], NDArray[numpy.uint64], NDArray[numpy.uint64]]: ...
 def centroids(
-    points: NDArray[np.float64],
-    sides: NDArray[np.float64],
-    periodic: NDArray[np.bool_],
-    walls: NDArray[np.float64],
+    points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    walls: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
     threads: int,
-) -> NDArray[np.float64]: ...
+) -> NDArray[numpy.float64]: ...
 def radii(
-    points: NDArray[np.float64],
-    sides: NDArray[np.float64],
-    periodic: NDArray[np.bool_],
-    walls: NDArray[np.float64],
+    points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    walls: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
     threads: int,
-) -> NDArray[np.float64]: ...
+) -> NDArray[numpy.float64]: ...
 def neighbours(
-    points: NDArray[np.float64],
-    sides: NDArray[np.float64],
-    periodic: NDArray[np.bool_],
-    walls: NDArray[np.float64],
+    points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    walls: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
     threads: int,
 ) -> tuple[
-    NDArray[np.int64],
-    NDArray[np.int64],
-    NDArray[np.float64],
-    NDArray[np.float64],
-    NDArray[np.int8],
-    NDArray[np.float64],
+    NDArray[numpy.int64],
+    NDArray[numpy.int64],
+    NDArray[numpy.float64],
+    NDArray[numpy.float64],
+    NDArray[numpy.int8],
+    NDArray[numpy.float64],
 ]: ...
 def nearest(
-    points: NDArray[np.float64],
-    places: NDArray[np.float64],
-    sides: NDArray[np.float64],
-    periodic: NDArray[np.bool_],
+    points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    places: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
     threads: int,
-) -> NDArray[np.uint64]: ...
+) -> NDArray[numpy.uint64]: ...
+def measures_in_ball(
+    points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    threads: int,
+) -> NDArray[numpy.float64]: ...
 def measures_in_cylinder(
-    points: NDArray[np.float64], sides: NDArray[np.float64], periodic: NDArray[np.bool_], radius: float, threads: int
-) -> NDArray[np.float64]: ...
-def measures_in_ball(points: NDArray[np.float64], threads: int) -> NDArray[np.float64]: ...
+    points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    radius: float,
+    threads: int,
+) -> NDArray[numpy.float64]: ...
+def default_thread_count() -> int: ...
+def bias_uniform(
+    x: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
+    n: int,
+    resolution: Sequence[int],
+    threads: int,
+) -> NDArray[numpy.float64]: ...
+def bias_stratified(
+    x: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
+    strata: Sequence[int],
+    resolution: Sequence[int],
+    threads: int,
+) -> NDArray[numpy.float64]: ...
+def boundary_control(
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    measures: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    excess_at_samples: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    position: Sequence[
+        Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}]
+    ],
+    weight: Sequence[
+        Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}]
+    ],
+    node_class: Sequence[
+        Annotated[NDArray[numpy.int64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}]
+    ],
+    excess: Annotated[NDArray[numpy.float64], {"order": "C", "device": "cpu", "writable": False}],
+    strata: Sequence[int],
+    threads: int,
+) -> NDArray[numpy.float64]: ...
 def leave_one_out_strata(
-    points: NDArray[np.float64],
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
     strata: Sequence[int],
     width: Sequence[int],
     period: int,
     order: int,
-    values: NDArray[np.float64],
+    values: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
     threads: int,
-) -> tuple[NDArray[np.float64], NDArray[np.float64], int]: ...
-def matern_matrix(points: NDArray[np.float64], length: float, threads: int) -> NDArray[np.float64]: ...
-def matern_between(
-    at: NDArray[np.float64], points: NDArray[np.float64], length: float, threads: int
-) -> NDArray[np.float64]: ...
-def default_thread_count() -> int: ...
-def bias_uniform(x: NDArray[np.float64], n: int, resolution: tuple[int, int], threads: int) -> NDArray[np.float64]: ...
-def bias_stratified(
-    x: NDArray[np.float64], strata: tuple[int, ...], resolution: tuple[int, int], threads: int
-) -> NDArray[np.float64]: ...
-def boundary_control(
-    points: NDArray[np.float64],
-    measures: NDArray[np.float64],
-    excess_at_samples: NDArray[np.float64],
-    position: list[NDArray[np.float64]],
-    weight: list[NDArray[np.float64]],
-    node_class: list[NDArray[np.int64]],
-    excess: NDArray[np.float64],
-    strata: tuple[int, ...],
-    threads: int,
-) -> NDArray[np.float64]: ...
+) -> tuple[NDArray[numpy.float64], NDArray[numpy.float64], int]: ...
 def cross_fit_controls(
-    samples: NDArray[np.float64],
-    centres: NDArray[np.float64],
-    half_width: NDArray[np.float64],
-    radius: NDArray[np.float64],
-    neighbours: NDArray[np.int64],
+    samples: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    centres: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    half_width: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    radius: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    neighbours: Annotated[NDArray[numpy.int64], {"order": "C", "device": "cpu", "writable": False}],
     order: int,
-    test: NDArray[np.float64],
-    starts: NDArray[np.int64],
+    test: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
+    starts: Annotated[NDArray[numpy.int64], {"order": "C", "device": "cpu", "writable": False}],
     threads: int,
-) -> NDArray[np.float64]: ...
+) -> NDArray[numpy.float64]: ...
+def matern_matrix(
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    length: float,
+    threads: int,
+) -> NDArray[numpy.float64]: ...
+def matern_between(
+    at: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    length: float,
+    threads: int,
+) -> NDArray[numpy.float64]: ...
 
-class PilotRule:
-    sequences: int
-    integral: NDArray[np.float64]
-    square: NDArray[np.float64]
-    size: NDArray[np.float64]
-    absolute: NDArray[np.float64]
-    value_square: NDArray[np.float64]
-    largest: NDArray[np.float64]
-    def __init__(self, k: int, fields: int, keys: NDArray[np.uint64]) -> None: ...
+class PilotRule1:
+    def __init__(
+        self,
+        k: int,
+        fields: int,
+        keys: Annotated[
+            NDArray[numpy.uint64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+    ) -> None: ...
+
+    sequences: Final[int] = ...
+
+    def grid(self, field: int) -> NDArray[numpy.float64]: ...
     @staticmethod
-    def centres(k: int, begin: int, end: int) -> NDArray[np.float64]: ...
-    def grid(self, field: int) -> NDArray[np.float64]: ...
+    def centres(k: int, begin: int, end: int) -> NDArray[numpy.float64]: ...
     def plan(self, samples: int, threads: int) -> None: ...
-    def next(self, most: int, threads: int) -> NDArray[np.float64]: ...
-    def add(self, values: NDArray[np.float64], threads: int) -> None: ...
+    def next(self, most: int, threads: int) -> NDArray[numpy.float64]: ...
+    def add(
+        self,
+        values: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        threads: int,
+    ) -> None: ...
     def worst(self, field: int) -> tuple[int, float, float, float]: ...
+    @property
+    def integral(self) -> NDArray[numpy.float64]: ...
+    @property
+    def square(self) -> NDArray[numpy.float64]: ...
+    @property
+    def size(self) -> NDArray[numpy.float64]: ...
+    @property
+    def absolute(self) -> NDArray[numpy.float64]: ...
+    @property
+    def value_square(self) -> NDArray[numpy.float64]: ...
+    @property
+    def largest(self) -> NDArray[numpy.float64]: ...
 
-class PilotRule1(PilotRule): ...
-class PilotRule2(PilotRule): ...
-class PilotRule3(PilotRule): ...
+class PilotRule2:
+    def __init__(
+        self,
+        k: int,
+        fields: int,
+        keys: Annotated[
+            NDArray[numpy.uint64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+    ) -> None: ...
+
+    sequences: Final[int] = ...
+
+    def grid(self, field: int) -> NDArray[numpy.float64]: ...
+    @staticmethod
+    def centres(k: int, begin: int, end: int) -> NDArray[numpy.float64]: ...
+    def plan(self, samples: int, threads: int) -> None: ...
+    def next(self, most: int, threads: int) -> NDArray[numpy.float64]: ...
+    def add(
+        self,
+        values: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        threads: int,
+    ) -> None: ...
+    def worst(self, field: int) -> tuple[int, float, float, float]: ...
+    @property
+    def integral(self) -> NDArray[numpy.float64]: ...
+    @property
+    def square(self) -> NDArray[numpy.float64]: ...
+    @property
+    def size(self) -> NDArray[numpy.float64]: ...
+    @property
+    def absolute(self) -> NDArray[numpy.float64]: ...
+    @property
+    def value_square(self) -> NDArray[numpy.float64]: ...
+    @property
+    def largest(self) -> NDArray[numpy.float64]: ...
+
+class PilotRule3:
+    def __init__(
+        self,
+        k: int,
+        fields: int,
+        keys: Annotated[
+            NDArray[numpy.uint64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+    ) -> None: ...
+
+    sequences: Final[int] = ...
+
+    def grid(self, field: int) -> NDArray[numpy.float64]: ...
+    @staticmethod
+    def centres(k: int, begin: int, end: int) -> NDArray[numpy.float64]: ...
+    def plan(self, samples: int, threads: int) -> None: ...
+    def next(self, most: int, threads: int) -> NDArray[numpy.float64]: ...
+    def add(
+        self,
+        values: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        threads: int,
+    ) -> None: ...
+    def worst(self, field: int) -> tuple[int, float, float, float]: ...
+    @property
+    def integral(self) -> NDArray[numpy.float64]: ...
+    @property
+    def square(self) -> NDArray[numpy.float64]: ...
+    @property
+    def size(self) -> NDArray[numpy.float64]: ...
+    @property
+    def absolute(self) -> NDArray[numpy.float64]: ...
+    @property
+    def value_square(self) -> NDArray[numpy.float64]: ...
+    @property
+    def largest(self) -> NDArray[numpy.float64]: ...
+
+PilotRule: TypeAlias = PilotRule1 | PilotRule2 | PilotRule3

@@ -28,7 +28,7 @@ GRID_SHARE = 0.25
 #: Points of a call of the integrand, about; a cell may have 2^14 samples.
 POINTS_AT_ONCE = 1 << 17
 
-RULES = {1: _core.PilotRule1, 2: _core.PilotRule2, 3: _core.PilotRule3}
+RULES: dict[int, type[_core.PilotRule]] = {1: _core.PilotRule1, 2: _core.PilotRule2, 3: _core.PilotRule3}
 
 
 def grid_side(n: int, d: int) -> int:
