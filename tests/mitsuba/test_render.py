@@ -250,7 +250,7 @@ def test_target_error_and_time_end_a_render(ball, tmp_path):
 
 
 def test_plans():
-    plan = renderer.Plan
+    plan = renderer.Budget
     assert (plan().samples, plan().n, plan().rounds) == (64, 64, 1)
     assert (plan(1024).n, plan(1024).rounds) == (256, 4)
     assert (plan(seconds=60).n, plan(seconds=60).rounds) == (64, None)
@@ -448,5 +448,5 @@ def test_no_libllvm_is_one_line(tmp_path):
 )
 def test_a_plan_of_any_size_is_refused_at_once(plan, message):
     with cpu_time() as seconds, pytest.raises(ValueError, match=message):
-        renderer.Plan(**plan)
+        renderer.Budget(**plan)
     assert seconds() < 0.5  # all divisors of 2^32 took minutes
