@@ -1,25 +1,29 @@
 """The sampler ``owensobol`` beside Mitsuba's five, in all scenes: the pixels' areas are sampled, nothing is weighted.
 
-    python benchmarks/samplers.py [scene …]
+    python benchmarks/samplers.py [--spp 16,64,256] [scene …]
 
-Scene after scene goes to benchmarks/results/samplers.csv; what is there already is not measured again. Errors are those
-of images of 160×120 pixels against a reference (`scene_measures`): MSE, mean ꟻLIP, and MSE after a Gaussian blur of σ
+Scene after scene goes to benchmarks/results/samplers.csv, in the place of what was measured before. Errors are those of
+images of 160×120 pixels against a reference (`scene_measures`): MSE, mean ꟻLIP, and MSE after a Gaussian blur of σ
 pixels, means over SEEDS renders with standard errors. The reference's own variance is taken off the MSE; after the blur
 1/(4πσ²) of it, as its pixels are independent. `adaptive` shares out samples, as many on average, by owensobol.
 """
 
 from __future__ import annotations
 
+import argparse
+from collections.abc import Sequence
+from functools import partial
 from typing import Any
 
 import mitsuba as mi
-from scene_measures import CASES, Rows, Stage, mean_and_error, run
+from csv_rows import put
+from scene_measures import CASES, RESULTS, Rows, Stage, mean_and_error, on_stage
 
+from voroquad._support.checks import whole_numbers
 from voroquad.mitsuba.loading import make_integrator, own_integrator
 from voroquad.mitsuba.measurements import BLURS, blurred_mse, left_by_blur, mean_flip
 
 SEEDS = 8
-SPP = (16, 64, 256)
 MITSUBAS = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
 OURS: dict[str, dict[str, Any]] = {
     "owensobol joe-kuo": {"generators": "joe-kuo"},
@@ -43,28 +47,41 @@ def integrator_of(stage: Stage, name: str, spp: int, seed: int) -> mi.Integrator
     return integrator if integrator.granted(stage.scene.sensors()[0], spp) == spp else None
 
 
-def rows_of(stage: Stage) -> Rows:
+def rows_of(stage: Stage, spp: int) -> Rows:
     """Rows of a scene."""
     reference, variance = stage.reference()
     own = float(variance.mean())
     rows: Rows = []
-    for spp in SPP:
-        for name in (*MITSUBAS, *OURS, "adaptive"):
-            measured: list[list[float]] = []
-            for seed in range(SEEDS):
-                integrator = integrator_of(stage, name, spp, 100 + seed)
-                if integrator is None:
-                    break
-                image = stage.image(integrator, spp, seed)
-                error = image - reference
-                blurred = [blurred_mse(error, sigma) - own * left_by_blur(sigma) for sigma in BLURS]
-                measured.append([float((error**2).mean()) - own, mean_flip(reference, image), *blurred])
-            if measured:
-                pairs = [mean_and_error(values) for values in zip(*measured, strict=True)]
-                rows.append([stage.case.scene, spp, name, *(f"{x:.4e}" for pair in pairs for x in pair)])
+    for name in (*MITSUBAS, *OURS, "adaptive"):
+        measured: list[list[float]] = []
+        for seed in range(SEEDS):
+            integrator = integrator_of(stage, name, spp, 100 + seed)
+            if integrator is None:
+                break
+            image = stage.image(integrator, spp, seed)
+            error = image - reference
+            blurred = [blurred_mse(error, sigma) - own * left_by_blur(sigma) for sigma in BLURS]
+            measured.append([float((error**2).mean()) - own, mean_flip(reference, image), *blurred])
+        if measured:
+            pairs = [mean_and_error(values) for values in zip(*measured, strict=True)]
+            rows.append([stage.case.scene, spp, name, *(f"{x:.4e}" for pair in pairs for x in pair)])
     return rows
+
+
+def place(row: Sequence[str]) -> tuple[int, int, int]:
+    """Where a row stands in the table."""
+    scenes, samplers = [case.scene for case in CASES], [*MITSUBAS, *OURS, "adaptive"]
+    return scenes.index(row[0]), int(row[1]), samplers.index(row[2])
 
 
 if __name__ == "__main__":
     mi.set_log_level(mi.LogLevel.Error)  # the orthogonal sampler warns where it rounds
-    run("samplers", COLUMNS, CASES, True, rows_of)
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--spp", default="16,64,256")
+    parser.add_argument("scenes", nargs="*", default=[case.scene for case in CASES], metavar="scene")
+    arguments = parser.parse_args()
+    for case in CASES:
+        for n in whole_numbers("spp", arguments.spp) if case.scene in arguments.scenes else ():
+            rows = on_stage(case, True, partial(rows_of, spp=n))
+            put(RESULTS / "samplers.csv", COLUMNS.split(","), rows, place)
+            print(case.scene, n, flush=True)

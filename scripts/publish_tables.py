@@ -49,6 +49,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "scene-best": renders.best_table,
         "scene-bias": renders.scene_bias_table,
         "gain": renders.gain_table,
+        "samplers": renders.samplers_table,
         "overhead": renders.overhead_table,
     },
     "measured/mri.md": {"mri": programs.density_table},

@@ -121,6 +121,31 @@ def best_table() -> str:
     return markdown(rows, "l")
 
 
+#: Of the table of samplers: ours, with the generators by their names, and that which shares samples out
+OF_OURS = {"owensobol joe-kuo": "joe-kuo", "owensobol sz": "sz", "adaptive": "adaptive"}
+
+
+def samplers_table() -> str:
+    """Errors of the samplers over those of multijitter, at equal samples per pixel."""
+    errors = {"mse": "MSE", "flip": "ꟻLIP", "blur_3": "MSE, blurred"}
+    rows = [
+        ["scene", "spp", "MSE, best of Mitsuba's", *(f"{e}, {o}" for e in errors.values() for o in OF_OURS.values())]
+    ]
+    measured = read(RESULTS / "samplers.csv")
+    for scene, spp in dict.fromkeys((r["scene"], r["spp"]) for r in measured):
+        own = {r["sampler"]: r for r in measured if (r["scene"], r["spp"]) == (scene, spp)}
+
+        def ratio(sampler: str, error: str, own: dict[str, Row] = own) -> str:
+            if sampler not in own:
+                return ""
+            return f"{float(own[sampler][error]) / float(own['multijitter'][error]):.2f}"
+
+        mitsubas = [name for name in own if name != "adaptive" and not name.startswith("owensobol")]
+        theirs = min(mitsubas, key=lambda name: float(own[name]["mse"]))
+        rows.append([scene, spp, f"{ratio(theirs, 'mse')} ({theirs})", *(ratio(o, e) for e in errors for o in OF_OURS)])
+    return markdown(rows, "lrl")
+
+
 def ratio_error(ours: Row, theirs: Row) -> float:
     """Standard error of the ratio of two rows' MSE: of pairs where they have the same samples."""
     if ours["samples"] == "scene" and ours["all_else"] == theirs["all_else"]:
