@@ -1,7 +1,7 @@
-// voroquad/detail/cells/ball.hpp: what of a cell lies in a disc or ball.
+// voroquad/detail/cells/ball.hpp: the part of a cell in a disc or ball.
 //
-// A cell is a sum of cones from the centre of the ball to its edges or faces; those that look at
-// the centre count negative. The part of a cone in the ball ends at the edge or face where that
+// A cell is a sum of cones from the centre of the ball to its edges or faces; those that face the
+// centre count negative. The part of a cone in the ball ends at the edge or face where that
 // is nearer, and at the ball elsewhere, and both have closed forms. All coordinates are relative
 // to the centre of the ball.
 #pragma once

@@ -24,7 +24,7 @@ public:
     }
     Point<D> point() const {
         Sum body = positive_;
-        // Rounding folds slivers: they cancel. Where little else is left, the rest has no digits.
+        // Slivers folded by rounding cancel; where they are most of the body, nothing is exact.
         if (-negative_.weight < 0.5 * positive_.weight) body.add(negative_);
         if (body.weight > 0.0) return body.mean();
         return middles_.weight > 0.0 ? middles_.mean() : Point<D>{};
@@ -52,8 +52,8 @@ private:
     Sum positive_, negative_, middles_;
 };
 
-// Relative to the site. It lies in the cell, so that the triangles and tetrahedra between it and
-// the border count positive, and nothing cancels but what rounding has folded.
+// Relative to the site. The site lies in the cell, so that all triangles or tetrahedra between it
+// and the border have positive measure, except for those that rounding has folded.
 template <class Polygon>
 Point<2> centroid(const Polygon &cell) {
     Centroid<2> centroid;

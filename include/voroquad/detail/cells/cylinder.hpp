@@ -1,4 +1,4 @@
-// voroquad/detail/cells/cylinder.hpp: what of a cell lies in a circular cylinder.
+// voroquad/detail/cells/cylinder.hpp: the part of a cell in a circular cylinder.
 //
 // The volume is the flux of (0, 0, z) out of the part of the cell in the cylinder: nothing flows
 // through the mantle, and through a face flows the integral of z over the part of its projection

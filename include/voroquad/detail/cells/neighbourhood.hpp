@@ -20,8 +20,8 @@
 
 namespace VOROQUAD::detail {
 
-// Products with the smallest differences of points would round to nothing: these are magnified
-// first.
+// Products of the smallest differences of points would underflow; one factor is multiplied by this
+// power of two first.
 inline constexpr double magnified = 0x1p1000;
 
 // Points side by side for vectors. Where an axis is periodic each has the turn of the sites that
@@ -48,7 +48,7 @@ public:
             for (std::size_t a = 0; a < D; ++a) store_chosen(&turn_[a][size_], turns[a], chosen);
         size_ += static_cast<std::size_t>(std::popcount(chosen));
     }
-    // Where vectors read beyond the last point there is nothing near.
+    // Puts infinitely distant points where vectors read beyond the last point.
     void end() {
         Vectors nowhere;
         nowhere.fill(Vector{} + std::numeric_limits<double>::infinity());
@@ -73,8 +73,8 @@ public:
         return q;
     }
 
-    // Calls visit(q, bits) for vectors of points as a site, which is point `own`, sees them; bits
-    // tell those whose squared distance is below `to`. Never the site itself.
+    // Calls visit(q, bits) for vectors of points relative to a site, which is point `own`. A bit is
+    // set where the squared distance is below `to`, except for the site itself.
     template <class Visit>
     void nearer_than(double to, const Point<D> &site, std::size_t own, Visit &&visit) const {
         for (std::size_t i = 0; i < size_; i += width) {
@@ -157,7 +157,7 @@ public:
 
     const PointList<D> &points() const { return points_; }
     double reach() const { return reach_; }
-    // The typical distance between sites, as if they filled what is seen of the domain
+    // The mean spacing of the points, if they filled the part of the domain within reach
     double spacing() const
         requires(D == 2)
     {

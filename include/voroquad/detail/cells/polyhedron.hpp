@@ -95,7 +95,7 @@ public:
     Point<3> vertex(std::size_t v) const { return {xyz_[0][v], xyz_[1][v], xyz_[2][v]}; }
 
     // Calls visit(corners, normal) for each face: a std::vector of points, counter-clockwise from
-    // outside, and a unit vector outwards, which the corners of a thin face do not tell. Where more
+    // outside, and its outward unit normal, which thin faces' corners do not determine. Where more
     // than three faces meet, corners coincide.
     template <class Visit>
     void for_each_face(Visit &&visit) const {
@@ -176,8 +176,8 @@ private:
         return (left[0] - right[0]) * x + (left[1] - right[1]) * y + (left[2] - right[2]) * z;
     }
 
-    // How far inside the plane each vertex lies; tells whether it cuts any off. (Places without a
-    // vertex hold the site, which is inside.)
+    // Computes how far inside the plane each vertex lies; returns whether it cuts any off. (Places
+    // without a vertex hold the site, which is inside.)
     bool evaluate(const HalfSpace<3> &half_space) {
         const auto &[normal, offset] = half_space;
         const double *x = xyz_[0].data(), *y = xyz_[1].data(), *z = xyz_[2].data();
@@ -197,14 +197,14 @@ private:
         return any != 0;
     }
 
-    // A polyhedron of F faces has at most 2F - 4 vertices (Euler). There are more where planes are
-    // one but for rounding, as those of a cluster seen from afar: each cuts some of the vertices
-    // on the one before and leaves others, at last exponentially many.
+    // A polyhedron of F faces has at most 2F - 4 vertices (Euler). There are more where planes
+    // differ by rounding only, as those of a distant cluster: each cuts off some of the vertices on
+    // the plane before and leaves others, so that their number can grow exponentially.
     bool is_frayed() const { return free_.size() - free_places_ > 2 * images_.size(); }
 
-    // Lets vertices stay that are no farther beyond the plane than rounding may put them; tells
-    // whether others are cut off.
     static constexpr double plane_rounding = 1e-15; // relative to the terms of n·v − offset
+    // Keeps vertices that are beyond the plane by no more than rounding; returns whether others are
+    // cut off.
     bool cuts_more_than_rounding(const HalfSpace<3> &half_space) {
         const auto &[normal, offset] = half_space;
         bool any = false;
@@ -242,8 +242,8 @@ private:
         if (crossings_ > free_places_) reserve(size_ + crossings_);
     }
 
-    // Finds where the crossings lie and which two faces meet there. Tells whether no face is cut
-    // twice, so that there is one hole, and leaves with each face the crossing that has it to
+    // Finds where the crossings lie and which two faces meet there. Returns whether no face is cut
+    // twice, so that there is one hole, and stores with each face the crossing that has it to
     // the left.
     bool cross() {
         const std::uint64_t first = crossed_;
@@ -306,8 +306,8 @@ private:
 
     static std::uint32_t place(std::size_t i) { return static_cast<std::uint32_t>(i); }
 
-    // Makes room for n vertices. Free places are taken from the end of their list, where the
-    // lowest stand.
+    // Makes room for n vertices. Free places are taken from the end of their list, which holds the
+    // lowest.
     void reserve(std::size_t n) {
         if (r2_.size() >= n) return;
         const std::size_t room = 2 * padded(n), more = room - r2_.size();

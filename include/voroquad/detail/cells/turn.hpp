@@ -10,11 +10,11 @@
 
 namespace VOROQUAD::detail {
 
-// What is taken from a point and from the site that sees it, so that the point appears a whole
-// period away: the point's distance from one end of the axis and the site's from the other. Both
-// are exact near a seam, and their signs differ, so that the difference keeps its digits. (Points a
-// hair on either side of a seam would lose the digits of their distance if a period were taken
-// from one of them.)
+// The difference of two coordinates across the ends of a periodic axis. From the point is taken one
+// end of the axis, and from the site the other: both results are exact near the ends, and of
+// opposite sign, so that their difference keeps its digits. (For two points very close to the two
+// ends, subtracting a period from one coordinate would lose the digits of their distance.) Zeros
+// mean no turn.
 struct Turn {
     double point, site;
 
@@ -22,9 +22,9 @@ struct Turn {
     Number way(Number to, double from) const {
         return (to - point) - (from - site);
     }
-    // Where a place that the site sees lies among the points
+    // The place, in the coordinates of the points, that appears to the site at `place`
     double home(double place) const { return (place - site) + point; }
-    // At most what the rounding of home() is for places of the domain
+    // A bound of the rounding of home() for places of the domain
     double rounding() const { return 0x1p-50 * (std::abs(point) + std::abs(site)); }
 };
 
