@@ -1,4 +1,4 @@
-"""Tables of many weighted sample sets: made once, saved, memory-mapped, reused."""
+"""Tables of many weighted sample sets, which are saved, memory-mapped and reused."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from .rules.registry import choose_rule
 class SampleTable:
     """Many independent sample sets of the unit box with their weights.
 
-    A renderer picks one set per pixel by a hash; made by :meth:`make`, or from arrays of one's own.
+    A renderer picks one set per pixel by a hash. Tables are made by :meth:`make` or from given arrays.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ class SampleTable:
             Do opposite faces of the box meet (a circle for d = 1, else a torus)? The weights are then the
             measures of the cells there, unbiased because no cell is at a border.
         weighted : bool
-            If false, all weights are 1/n, in any dimension, and order and debias say nothing.
+            If false, all weights are 1/n, in any dimension, and order and debias have no effect.
 
         Returns
         -------
@@ -164,7 +164,7 @@ class SampleTable:
     def load(cls, path: str | os.PathLike[str]) -> SampleTable:
         """Open a table that :meth:`save` wrote; points and weights stay on disk, mapped into memory.
 
-        All of the file is read once, to compare its checksums, so that opening takes a time that grows with it.
+        The whole file is read once, to compare its checksums, so opening a large file takes time.
 
         Parameters
         ----------
@@ -222,7 +222,7 @@ class Recipe:
         return table
 
     def fits(self, table: SampleTable) -> bool:
-        """Whether a table can be of this recipe, by its shape, the design of its points and the sums of weights."""
+        """Whether a table agrees with this recipe in shape, in the design of its points and in the sums of weights."""
         if table.points.shape != (self.sets, self.n, self.d):
             return False
         as_sample_set(table.points, self.design)  # raises ValueError where they are not

@@ -1,4 +1,4 @@
-"""What every entry point asks of its arguments, in one place, so that errors read alike."""
+"""Checks of arguments, shared by all entry points, so that their messages are uniform."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ def real_numbers(
 ) -> NDArray[np.float64]:
     """Return `values` as a float64 array: the check that arrays from outside go through.
 
-    Raises ValueError for what is no array of real numbers: masked values, complex numbers, texts, dates, objects.
+    Raises ValueError for masked values, complex numbers, texts, dates and other objects.
     """
     try:
         array = np.asarray(values)
@@ -160,7 +160,7 @@ def unit_points(
     return array
 
 
-#: No machine has more processors to use for one call, and each takes memory.
+#: Largest number of threads, since each thread allocates scratch memory.
 MOST_THREADS = 1024
 
 

@@ -1,4 +1,4 @@
-"""Work in units, whose values are put together in one order wherever they were computed."""
+"""Work in units. Their values are combined in a fixed order, wherever they were computed."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ class Series:
     Parameters
     ----------
     name : str
-        Such as a folder has; no two series of a run share it.
+        A valid folder name, unique in a run.
     count : int
         Number of units.
     shape : tuple of int
-        Of a unit's value.
+        Shape of a unit's value.
     function : callable
         ``function(*arguments, k)`` is the value of unit k, float64: pure, on one thread, in 1 to 60 seconds where
         there is that much to do. A function of a module, for it travels by its name.
     arguments : tuple
-        What all units take: small, or what :meth:`Pool.share` or :meth:`Pool.send` returned.
+        Arguments of all units: small values, or results of :meth:`Pool.share` or :meth:`Pool.send`.
     """
 
     name: str

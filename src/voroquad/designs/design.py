@@ -1,4 +1,4 @@
-"""Designs: how a sampler's sets are drawn, and what a rule may assume of them."""
+"""Designs: how the sets of a sampler are drawn, and which properties rules may rely on."""
 
 from __future__ import annotations
 
@@ -118,5 +118,5 @@ ENGINE_DESIGNS: dict[str, Design] = {name: Design(name) for name in ("latinhyper
 
 
 def design_of(name: str) -> Design:
-    """The design of that name; of an unknown one nothing is known."""
+    """The design of that name. An unknown name gives a design without any property."""
     return DESIGNS.get(name) or ENGINE_DESIGNS.get(name) or Design(name, randomised=False)

@@ -39,7 +39,7 @@ def _draws(engine: qmc.QMCEngine, n: int) -> list[int]:
 
 
 def design_name(engine: qmc.QMCEngine) -> str:
-    """The name of the design of an engine's points, which tells rules what they may assume.
+    """The name of the design of an engine's points, by which rules find its properties.
 
     Of SciPy's own engines that is known. The points of others are taken to be uniform in the unit box, and those of
     engines with different generators to be independent; their name is "engine".

@@ -1,4 +1,4 @@
-"""Sample sets: where to evaluate the integrand, and what is known of how they were drawn."""
+"""Sample sets: points at which to evaluate the integrand, and how they were drawn."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Rng: TypeAlias = int | np.random.Generator | None
 
 @dataclass(frozen=True)
 class SetKind:
-    """What is known of sample sets before they are drawn; whether there is a rule for them depends on this only.
+    """Properties of sample sets that are known before they are drawn. The choice of a rule depends on these only.
 
     Parameters
     ----------
@@ -90,7 +90,7 @@ class SampleSet:
 
     @property
     def kind(self) -> SetKind:
-        """What a rule must know of the set, or of the sets of a batch."""
+        """The kind of the set, or of the sets of a batch."""
         return SetKind(self.design, self.n, self.d, len(self.batch))
 
     def __len__(self) -> int:
@@ -126,7 +126,7 @@ def sample(
         stands, or an engine class or callable ``(d, rng=)`` that makes one per set, such as
         ``functools.partial(qmc.LatinHypercube, strength=2)``. Unbiased rules take the points of SciPy's ``Sobol``,
         ``Halton`` and ``LatinHypercube`` where these scramble and do not optimise. Of other engines the points are
-        taken to be uniform, and those of different generators to be independent, as the caller vouches for.
+        taken to be uniform, and those of different generators to be independent, as the caller guarantees.
     n : int
         Number of points of a set.
     d : int, optional

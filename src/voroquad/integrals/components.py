@@ -101,7 +101,7 @@ class Components:
 
     @classmethod
     def of(cls, estimate: Estimate, form: Form) -> Components | None:
-        """Those of an estimate; None if it does not tell how the errors of several components are linked."""
+        """Those of an estimate; None if the correlations of the errors of several components are unknown."""
         deviations = scaled_deviations(estimate)
         if deviations is None:
             return None

@@ -20,10 +20,10 @@ from .integrand import Integrand
 #: Replicates that one estimate is split into where a rule needs several sets.
 REPLICATES = 4
 
-#: Samples that an estimate must rest on, or this part of all of them where those are few. Below it says nothing.
+#: Fewest samples, or this part of all samples if that is less, that must contribute to an estimate to be reliable.
 FEWEST_SAMPLES, FEWEST_PART = 10, 0.25
 
-#: A surprising residual, over the largest value; of fewer strata than these one often makes up the error anyway.
+#: Ratio of a residual to the largest value from which on it is surprising, and fewest strata for such a warning.
 SURPRISE, FEWEST_STRATA = 0.1, 16
 
 
@@ -47,7 +47,7 @@ class Estimate:
 
     @property
     def resolved(self) -> bool:
-        """Whether the samples say anything about the integral; components that are 0 beside others are."""
+        """Whether the samples resolve the integral. Components that are 0 beside others count as resolved."""
         return not any(
             warning.kind == "few-samples"
             or (warning.kind == "zero" and len(warning.details["components"]) == len(self.mean))
@@ -112,7 +112,7 @@ class Estimator:
         return replace(found, rules=_told(rule, fit, len(found.mean)))
 
     def _draw(self, n: int) -> SampleSet:
-        """Sets of at most n points; four replicates of a quarter of them where one set does not tell its error."""
+        """Sets of at most n points; four replicates of a quarter of them if a single set gives no error."""
         sets, d = self.sets, self.integrand.d
         own_error = isinstance(self.sampler, str) and tells_own_error(self.sampler, self.debias)
         if sets == 1 and n >= 2 * REPLICATES and not own_error:
@@ -154,7 +154,7 @@ def _told(rule: Rule, fit: Fit, fields: int) -> tuple[str, ...]:
 
 
 def too_few_samples(values: Array) -> list[IntegrationWarning]:
-    """Warnings of components of which the samples say nothing, from values (sets, fields, n).
+    """Warnings of components that the samples do not resolve, from values (sets, fields, n).
 
     An estimate rests on about (Σ|f|)² / Σ f² samples: n where all values are alike, 1 where one is far larger
     than the others.
@@ -178,7 +178,7 @@ def unresolved(totals: Array, squares: Array, zero: NDArray[np.bool_], n: int) -
 
 
 def _surprising_stratum(integrand: Integrand, u: Array, values: Array, residuals: Array) -> IntegrationWarning | None:
-    """A warning where one stratum makes up the error of a component and its value came as a surprise.
+    """A warning if one stratum dominates the error of a component and its value is far from its prediction.
 
     Values and residuals are (fields, n), in units of which a field's largest value has ½ to 1. A residual that is
     small beside its value, or beside the largest value, is no surprise: what is predicted worst of a smooth integrand

@@ -15,10 +15,10 @@ from .._support.arrays import Array
 from .diagnostics import Diagnoses, diagnosis
 from .estimates import Estimate
 
-#: Of the tolerance, what a set may take that ends the refinement: the error of the next one may be a little larger.
+#: Part of the tolerance that a set must meet to end the refinement, since the error of the next set may be larger.
 SAFETY = 0.7
 
-#: An error is rounding where rounding alone makes up so much of it.
+#: An error counts as rounding if rounding alone is at least this part of it.
 MOSTLY = 0.7
 
 
@@ -52,12 +52,12 @@ def refine(
 ) -> Estimate:
     """Estimates from independent sets, larger and larger, until one meets the tolerance; then a last one.
 
-    A set that stops the refinement was chosen for what it showed, so its own value would be biased. It
-    only settles the size: the value and error returned are those of one more set of that size, which is
-    independent of all before, hence unbiased. All are counted in `n` of the result.
+    The set that ends the refinement was selected by its values, so its own estimate is biased. It only determines the
+    size. Value and error come from one more set of that size, which is independent of all before and hence unbiased.
+    All sets are counted in `n` of the result.
 
-    Sets that do not resolve the integrand, such as those whose values are all 0, meet no tolerance. More points do
-    not help an integral that is not finite or an error that is rounding: both end the refinement.
+    Sets that do not resolve the integrand, such as those whose values are all 0, meet no tolerance. An integral that is
+    not finite, or an error that is rounding, ends the refinement, since more points do not help.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def refine(
     dimension : int
         Rough integrands gain N^(−½−1/d) or so; that predicts the next size.
     diagnoses : Diagnoses
-        Where to add warnings. That an integral of 0 meets no rtol is said as soon as two sets show it.
+        Where to add warnings. The warning that an integral of 0 meets no rtol is added after two such sets.
     """
     spent, zeros = 0, 0
     while 2 * n <= most - spent:

@@ -17,7 +17,7 @@ from .spread import across
 
 REPLICATES = 8
 
-#: Highest dimension: above it there are too few terms for their number to tell anything.
+#: Highest dimension. Above it there are too few terms for a choice of their number.
 HIGHEST_DIMENSION = 20
 
 #: Fewest evaluations: eight for each replicate.

@@ -1,4 +1,4 @@
-"""The mean of several independent estimates, and the error that their spread tells."""
+"""The mean of several independent estimates, and its standard error from their spread."""
 
 from __future__ import annotations
 

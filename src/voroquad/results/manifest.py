@@ -53,7 +53,7 @@ class Plot:
 class Figure:
     """A picture with the numbers behind it, and how a reader may plot those.
 
-    ``series`` is the CSV's column that tells the lines of the plots apart, ``lines`` their looks; a series without
+    ``series`` is the CSV's column with one value for each line of the plots, ``lines`` their looks; a series without
     one gets a colour of its own.
     """
 

@@ -12,7 +12,7 @@ from . import bias_tables
 
 #: Designs whose G is known: those of independent samples.
 BIAS_DESIGNS = tuple(name for name, design in DESIGNS.items() if design.independent)
-#: Up to so many points G is integrated at each of them; beyond, a table is cheaper.
+#: Largest number of points at which G is integrated one by one. For more, a table is cheaper.
 FEW = 64
 
 
@@ -41,23 +41,22 @@ def bias_function(x: ArrayLike, n: int, design: str = "uniform") -> NDArray[np.f
 
     Notes
     -----
-    A point y belongs to the cell of a sample at x if no other sample is nearer to y, that is, lies in
-    the ball B(y, \\|y − x\\|). With S_i the stratum of x, for uniform and for stratified samples,
+    A point y belongs to the cell of a sample at x if no other sample lies in the ball
+    B(y, \\|y − x\\|). With S_i the stratum of x, for uniform and for stratified samples,
 
         G(x) = n ∫ (1 − \\|B(y, \\|y−x\\|) ∩ Ω\\|)^(n−1) dy ,
         G(x) = n ∫ Π_{j≠i} (1 − n \\|B(y, \\|y−x\\|) ∩ S_j\\|) dy .
 
-    Uniform samples have G = 1 except in a boundary layer a few n^(−1/d) deep. Stratified ones have a
-    G that jumps between strata and, for d > 1, varies with the period of the strata inside the box
-    too. In one dimension the integral is (Guo and Eisemann)
+    For uniform samples G = 1 except in a boundary layer a few n^(−1/d) deep. For stratified samples
+    G jumps between strata. For d > 1 it varies inside the box too, with the period of the strata.
+    In one dimension the integral is (Guo and Eisemann)
 
         G(x) = [ (n − n x − x) x^(n−1) + (n x + x − 1) (1 − x)^(n−1) + 2 ] / 2
 
     for uniform samples; for stratified ones it is (n x + 3/2) / 2 in the first stratum, its mirror
     image in the last, and 1 between. For d > 1 the balls are cut by boxes in closed form and the
-    integral over y is done by quadrature: at the points asked for when they are few, and else at the
-    nodes of a table, which is kept in memory and in the user's cache directory
-    (VOROQUAD_CACHE_DIR says where).
+    integral over y is computed by quadrature: at x itself for few points, else at the nodes of a table.
+    Tables are kept in memory and in the user's cache directory (VOROQUAD_CACHE_DIR names it).
 
     References
     ----------

@@ -23,24 +23,25 @@ from .._support.files import atomic_path
 #: Part of every file name; raise it when values, nodes or layout change.
 _FORMAT = 3
 _POINTS_AT_A_TIME = 4096  # when interpolating
-#: So many products OpenBLAS makes on one thread; with more, so thin a matrix waits longer for threads than it takes.
+#: Largest number of products that OpenBLAS computes on one thread. Beyond it, starting threads for so thin a matrix
+#: takes longer than the product.
 _ONE_THREAD = 2**18
 
 
 class Axis(Protocol):
-    """One axis of a table: panels that stand for parts of [0, 1], which G sees alike."""
+    """One axis of a table, in panels. A panel stands for all parts of [0, 1] on which G is the same."""
 
     @property
     def panels(self) -> int:
-        """How many there are."""
+        """Number of panels."""
         ...
 
     def locate(self, x: Array) -> tuple[NDArray[np.intp], Array]:
-        """The panel (m,) of coordinates (m,) and where in it they are, in [−1, 1]."""
+        """The panels (m,) of coordinates (m,), and the positions in them, in [−1, 1]."""
         ...
 
     def position(self, panel: NDArray[np.intp], u: Array) -> Array:
-        """A coordinate in [0, 1] at u of the panel, for the quadrature."""
+        """A coordinate in [0, 1] whose position in the panel is u."""
         ...
 
     def integrals(self, size: int) -> Array:
@@ -50,7 +51,7 @@ class Axis(Protocol):
 
 @dataclass(frozen=True)
 class BoundaryLayer:
-    """Uniform sets: G depends on the distance from the border, up to a depth where it is constant."""
+    """Axis for uniform sets: G depends on the distance from the border, and is constant beyond a depth."""
 
     depth: float
 
@@ -66,16 +67,15 @@ class BoundaryLayer:
         return self.depth * (u + 1) / 2
 
     def integrals(self, size: int) -> Array:
-        beyond = 1 - 2 * self.depth  # where every polynomial has its value 1 at u = 1
+        beyond = 1 - 2 * self.depth  # there every polynomial has its value at u = 1, which is 1
         return (2 * self.depth * _chebyshev_means(size) + beyond)[None]
 
 
 @dataclass(frozen=True)
 class Strata:
-    """Stratified sets: strata at equal distance from the border look alike, and all that are far from it.
+    """Axis for stratified sets: one panel for the strata at each distance from the border, the last for all beyond.
 
-    `k` strata of as many kinds as there are `panels`, as seen from a grid of `proxy` strata of the
-    same shape in which G is the same.
+    There are `k` strata. G is computed on a smaller grid, of `proxy` strata along this axis, in which it is the same.
     """
 
     k: int
@@ -108,7 +108,7 @@ def _chebyshev_means(size: int) -> Array:
 
 @dataclass(frozen=True)
 class Plan:
-    """What a table is made of: the axes, the nodes per panel and the quadrature at a node."""
+    """How to compute a table: its axes, the nodes per panel and the quadrature at each node."""
 
     name: str
     axes: tuple[Axis, ...]
@@ -124,7 +124,7 @@ class Plan:
     def points(self) -> tuple[Array, NDArray[np.intp]]:
         """The distinct points (m, d) to evaluate, and for each entry of the table which one it is.
 
-        Coordinates are sorted among axes that are alike: G does not change when they are swapped.
+        Coordinates are sorted among equal axes, since G does not change when they are swapped.
         """
         d = len(self.axes)
         indices = np.indices(self.shape).reshape(2 * d, -1)
@@ -157,9 +157,9 @@ def layer_depth(n: int, d: int) -> float:
 
 
 def kinds_of_strata(k: int, strata: tuple[int, ...]) -> int:
-    """How many kinds of strata G tells apart along an axis of k: by distance from the border.
+    """Number of kinds of strata along an axis of k: those at different distances from the border have different G.
 
-    Empty balls are as wide as two strata: what is so far from the border along an axis is inside.
+    Empty balls are at most two strata wide, so all strata farther than that from the border are of one kind.
     """
     inner = math.ceil(2 * k / min(strata) - 0.5)
     return min((k + 1) // 2, inner + 1)
@@ -183,20 +183,20 @@ def kind_of_stratum(stratum: NDArray[np.intp], k: int, kinds: int) -> tuple[NDAr
 
 
 def uniform_plan(n: int, d: int) -> Plan:
-    """The table of n independent uniform samples: one corner of the boundary layer."""
+    """Plan for n independent uniform samples. One corner of the boundary layer is enough."""
     spacing = n ** (-1 / d)
     depth = layer_depth(n, d)
     nodes = round(12 + 2.4 * depth / spacing) if d == 2 else round(5 + 3.6 * depth / spacing)
-    few = n < 125  # balls that touch all the sides at once
+    few = n < 125  # then a ball may touch all sides at once
     resolution = (12, 16) if d == 2 else (8, 10) if few else (7, 8)
     return Plan(f"uniform-{d}d-{n}", (BoundaryLayer(depth),) * d, nodes, resolution, n, None)
 
 
 def stratified_plan(strata: tuple[int, ...]) -> Plan:
-    """The table of one sample per stratum: one polynomial for each kind of stratum.
+    """Plan for one sample per stratum: one polynomial for each kind of stratum.
 
-    G jumps from stratum to stratum and has their period inside the box. Grids of cubes that have
-    an inside share one table.
+    G jumps between strata and is periodic inside the box. All cubic grids with strata far from the border share
+    one table.
     """
     d = len(strata)
     cubic = len(set(strata)) == 1
@@ -207,7 +207,7 @@ def stratified_plan(strata: tuple[int, ...]) -> Plan:
 
 
 def table_plan(n: int, d: int, strata: tuple[int, ...] | None) -> Plan:
-    """The table of n samples in d = 2 or 3, of one per stratum or, without strata, independent."""
+    """Plan for n samples in d = 2 or 3: one per stratum or, without strata, independent."""
     return uniform_plan(n, d) if strata is None else stratified_plan(strata)
 
 
@@ -228,12 +228,12 @@ def integrate(x: Array, n: int, strata: tuple[int, ...] | None, resolution: tupl
 
 
 class BiasTable:
-    """G everywhere from its Chebyshev coefficients, scaled so that ∫ G = 1 exactly."""
+    """G at any point, from Chebyshev coefficients, scaled so that ∫ G = 1 exactly."""
 
     def __init__(self, axes: tuple[Axis, ...], coefficients: Array):
         self._axes = axes
         self._nodes = coefficients.shape[-1]
-        #: ∫ G as the quadrature at the nodes has it.
+        #: ∫ G before scaling; its difference from 1 is the error of the quadrature.
         self.raw_integral = self._integral(coefficients)
         self._coefficients = coefficients / self.raw_integral
 

@@ -24,9 +24,9 @@ def boundary_control(points: Array, measures: Array, strata: tuple[int, ...] | N
 
         Î = Σ_i |V_i| f_i − Σ_i [ (G(x_i) − 1)(f_i − f̂^(−i)(x_i)) / n + ∫_{Ω_i} (G − 1) f̂^(−i) ] .
 
-    The last two terms have the same mean, since f̂^(−i) does not depend on x_i; the first removes
-    the bias ∫ (G − 1) f of the cells. The integral is a fixed quadrature, fine enough for its
-    error, a small part of the spacing to the fourth power, to be far below one estimate's own.
+    The two terms with f̂^(−i) cancel on average, since f̂^(−i) does not depend on x_i. The term with f_i
+    removes the bias ∫ (G − 1) f of the cells. The integral is computed by a fixed quadrature, whose error is far
+    below the standard deviation of an estimate.
     """
     n, d = points.shape[-2:]
     if n == 1:
@@ -48,11 +48,10 @@ def boundary_control(points: Array, measures: Array, strata: tuple[int, ...] | N
 
 @dataclass(frozen=True)
 class LatticeAxis:
-    """A quadrature of [0, 1], and which of its nodes G sees alike: they are of one class.
+    """A quadrature of [0, 1]. Nodes at which G is the same form a class.
 
-    `onto` (classes, m) takes values at the coordinates `seen_at` (m,) to one value per class, the
-    factor of the node's weight; `nowhere`, if not negative, is the class of the nodes too far from
-    the border for a bias.
+    `onto` (classes, m) maps values at the coordinates `seen_at` (m,) to one value per class, which multiplies the
+    weights of its nodes. `nowhere`, if not negative, is the class of nodes without bias, far from the border.
     """
 
     position: Array
@@ -63,16 +62,16 @@ class LatticeAxis:
     nowhere: int = -1
 
     def class_weights(self) -> Array:
-        """How much of [0, 1] each class stands for."""
+        """Length of the part of [0, 1] that each class stands for."""
         total = np.bincount(self.node_class, weights=self.weight, minlength=len(self.onto))
         return total.astype(np.float64)
 
 
 @dataclass(frozen=True)
 class BiasLattice:
-    """A quadrature of (G − 1) m over the box: a product rule, with its factors by class on each axis.
+    """A product quadrature of (G − 1) m over the box, with factors by class on each axis.
 
-    It is exact for G − 1 times a function m that is linear along each axis of every panel.
+    It is exact for every m that is linear along each axis of every panel.
     """
 
     axes: tuple[LatticeAxis, ...]
@@ -97,14 +96,14 @@ def bias_lattice(n: int, d: int, strata: tuple[int, ...] | None) -> BiasLattice:
     return BiasLattice(axes, np.ascontiguousarray(excess))
 
 
-#: Panels of two nodes per sample spacing along an axis, by d. More of them change the mean of an
-#: estimate by less than 0.03 of its standard deviation.
+#: Panels of two nodes per sample spacing along an axis, by d. More panels change the mean of an estimate by less
+#: than 0.03 of its standard deviation.
 UNIFORM_PANELS = {1: 4, 2: 2, 3: 1}
 STRATA_PANELS = {1: 1, 2: 2, 3: 2}
 
 
 def uniform_axis(n: int, d: int) -> LatticeAxis:
-    """Nodes of one axis for n independent samples: two boundary layers, and what is between."""
+    """Nodes of one axis for n independent samples: two boundary layers and the part between them."""
     spacing = n ** (-1 / d)
     depth = bias_tables.layer_depth(n, d)
     near = Panels(0.0, depth, math.ceil(UNIFORM_PANELS[d] * depth / spacing))
@@ -121,7 +120,7 @@ def uniform_axis(n: int, d: int) -> LatticeAxis:
 
 
 def stratum_axis(k: int, strata: tuple[int, ...]) -> LatticeAxis:
-    """Nodes of an axis of k strata, those of strata that look alike in the same classes."""
+    """Nodes of an axis of k strata. Strata of one kind share classes."""
     inside = Panels(0.0, 1.0, STRATA_PANELS[len(strata)])
     q = len(inside.nodes)
     stratum = np.arange(k)[:, None]
@@ -138,10 +137,10 @@ def stratum_axis(k: int, strata: tuple[int, ...]) -> LatticeAxis:
 
 
 class Panels:
-    """`count` equal panels of [begin, end] with two Gauss points each, five finer ones between.
+    """`count` equal panels of [begin, end], each with a Gauss rule of two points and one of five.
 
-    ``nodes`` and ``weights`` (2 count,) are the rule. G is taken at the points ``fine`` (5 count,) and
-    spread to the two nodes as linear functions see it: its curvature within a panel costs nothing.
+    ``nodes`` and ``weights`` (2 count,) are the rule of two points. G is evaluated at the points ``fine`` (5 count,),
+    and projected onto the two nodes, so that its product with linear functions is integrated as by the rule of five.
     """
 
     def __init__(self, begin: float, end: float, count: int):
@@ -153,7 +152,7 @@ class Panels:
 
     @property
     def onto(self) -> Array:
-        """The matrix from the fine points to the nodes, over the nodes' weights."""
+        """The matrix from values at the fine points to values at the nodes."""
         points, weights = _gauss(5)
         hats = (1 + 3 * np.outer(_gauss(2)[0], points)) / 2  # linear, 1 at one node and 0 at the other
         return np.asarray(np.kron(np.eye(len(self.nodes) // 2), hats * weights), np.float64)

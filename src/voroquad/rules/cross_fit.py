@@ -19,7 +19,7 @@ ERROR_SCALE = 1.55
 
 
 def replicate_shares(points: Array, method: Method, threads: int) -> Array:
-    """What the values of each replicate count in the estimate of each replicate.
+    """Weights of the values of all replicates in the estimate of each replicate.
 
     Parameters
     ----------

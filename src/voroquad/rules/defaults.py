@@ -1,4 +1,4 @@
-"""Methods that ``order="auto"`` means: fixed functions of the sets' kind, never of the integrand."""
+"""The methods that ``order="auto"`` stands for. They depend on the kind of the sets, never on the integrand."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def default_of_strata(strata: tuple[int, ...]) -> Method:
 def default_methods(kind: SetKind, debias: str) -> tuple[Method, ...]:
     """The methods that ``order="auto"`` means for sets of a kind, first what is preferred.
 
-    Independent samples leave gaps, which on a line are so wide beside the mean that predictions across them are wild:
-    there it is order 0, above kriging.
+    Independent samples on a line leave gaps far wider than the mean spacing, across which predictions are poor. So the
+    default is order 0 for d = 1, and kriging above.
     """
     design = design_of(kind.design)
     if debias in ("auto", "leave-one-out") and design.gridded:

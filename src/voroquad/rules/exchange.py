@@ -1,4 +1,4 @@
-"""Order-0 weights without bias. Each rule maps (sets, n, d) points to (sets, n) weights."""
+"""Unbiased weights of order 0. Each function maps points (sets, n, d) to weights (sets, n)."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def exchange_uniform(points: NDArray[np.float64]) -> NDArray[np.float64]:
     With the spacings D_0 = x_1, D_i = x_{i+1} − x_i, D_n = 1 − x_n of the sorted samples, write
     w_i = Σ_j A_ij D_j. Given x_(i) = x, the mean of D_j is x/i for j < i and (1−x)/(n−i+1) from i on,
     so the rule is unbiased if and only if  Σ_{j<i} A_ij + Σ_{j>i} A_{i+1,j} = 1  for i = 0 … n.
-    Voronoi weights miss this at the two ends only; there, the second sample gives half of its
+    Voronoi weights violate this at the two ends only. There the second sample gives half of its
     inner spacing to the first.
     """
     n = points.shape[-2]
@@ -47,10 +47,9 @@ def exchange_uniform(points: NDArray[np.float64]) -> NDArray[np.float64]:
 def exchange_stratified(points: NDArray[np.float64]) -> NDArray[np.float64]:
     """Exchange weights of one sample per interval [(i−1)/n, i/n) (docs/theory.md, (9)).
 
-    With v_i = n x_i − (i−1) − ½ in [−½, ½), mean zero: sample j shifts the weight v_j/2 from its
-    right to its left neighbour, as Voronoi cells do, but never its own; the first and the last
-    shift v/1 between their two nearest. Each weight is independent of its own sample with mean
-    1/n, hence no bias.
+    Let v_i = n x_i − (i−1) − ½, in [−½, ½) with mean zero. Sample j moves the weight v_j/2 from its right to its left
+    neighbour, as Voronoi cells do, and leaves its own unchanged. The first and the last sample move v between their two
+    nearest neighbours. Each weight is independent of its own sample and has mean 1/n, hence no bias.
     """
     n = points.shape[-2]
     w = np.ones(points.shape[:-1])

@@ -1,4 +1,4 @@
-"""What a rule makes of sample sets: weights, and of what the errors of estimates are read off."""
+"""The result of applying a rule to sample sets: weights, and the data that standard errors are computed from."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ EPSILON = float(np.finfo(np.float64).eps)
 
 @dataclass(frozen=True, eq=False)
 class Fit:
-    """Weights of sample sets. The estimate of each set has an error that only the spread of several tells.
+    """Weights of sample sets. The standard error is computed from the spread of several estimates.
 
     Attributes
     ----------
@@ -38,18 +38,18 @@ class Fit:
     def standard_error(self, estimates: Array) -> tuple[Array, float]:
         """Standard error (fields,) of the mean of estimates (sets, fields), and its degrees of freedom.
 
-        It is NaN where the sets do not tell.
+        It is NaN if it is unknown.
         """
         return spread(estimates)
 
     def deviations(self, estimates: Array) -> Array | None:
-        """Numbers (fields, m) in whose correlations those of the errors show, or None where the sets do not tell."""
+        """Numbers (fields, m) whose correlations are those of the errors; None if these are unknown."""
         return (estimates - estimates.mean(axis=0)).T if len(estimates) > 1 else None
 
 
 @dataclass(frozen=True, eq=False)
 class ResidualFit(Fit):
-    """Weights by which each sample corrects a prediction, and how much: one set tells its own error.
+    """Weights and residuals of a rule by which each sample corrects a prediction. One set is enough for an error.
 
     Attributes
     ----------
@@ -98,9 +98,9 @@ class CrossFit(Fit):
     Attributes
     ----------
     shares : ndarray, (sets, sets, n)
-        shares[r, s, j] is what f(x_sj) counts in the estimate of replicate r. Their sums over r are the weights.
+        shares[r, s, j] is the weight of f(x_sj) in the estimate of replicate r. Their sums over r are the weights.
     error_scale : float
-        The standard error of the mean of the estimates over what independent ones would have.
+        Ratio of the standard error of the mean of the estimates to that of independent estimates.
     """
 
     shares: Array
@@ -113,14 +113,14 @@ class CrossFit(Fit):
         return means, rounding
 
     def standard_error(self, estimates: Array) -> tuple[Array, float]:
-        """From the spread of the estimates, which share samples: times a factor."""
+        """From the spread of the estimates, times a factor, because they share samples."""
         return spread(estimates, self.error_scale)
 
 
 def spread(estimates: Array, scale: float = 1.0) -> tuple[Array, float]:
     """`scale` times the standard error (fields,) of the mean of estimates (sets, fields), and its degrees of freedom.
 
-    NaN, as if there were one degree, where there is only one estimate.
+    Of a single estimate the error is NaN, with one degree of freedom.
     """
     sets = len(estimates)
     if sets == 1:

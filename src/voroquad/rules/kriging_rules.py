@@ -23,16 +23,16 @@ from .._support.blas import one_blas_thread
 from .kriging import Kriging, Measures, Model, model
 from .polynomials import Intervals
 
-#: Samples that one prediction takes at most; its cost grows with their cube. The others only correct it.
+#: Largest number of samples in one prediction, whose cost grows with their cube. Further samples only correct it.
 MOST = 2048
 
-#: Period of the colours of strata that are independent, but too many for one prediction.
+#: Period of the colours of independent strata that are too many for one prediction.
 COLOURS_OF_MANY = 2
 
-#: Samples per term of the drift where they are independent: weights beside the gaps that these leave would be wild.
+#: Samples per term of the drift for independent samples. With fewer, weights beside wide gaps would be huge.
 INDEPENDENT_PER_TERM = 20
 
-#: Covariances of sets that are predicted together.
+#: Largest number of covariances of sets that are predicted together.
 TOGETHER = 2**18
 
 
@@ -63,7 +63,7 @@ def krige_strata(
         What each sample corrects, f_i − f̂^(−c)(x_i).
     """
     sets, n, d = points.shape
-    if n == 1:  # nothing to predict from
+    if n == 1:  # no other sample predicts
         return np.ones((sets, 1)), values
     weights, residuals = np.full((sets, n), 1 / n), np.empty_like(values)
     members = predicting(strata)
@@ -123,7 +123,7 @@ def strata_in_colours(strata: tuple[int, ...], period: int) -> tuple[Indices, li
 
 
 def _pieces(points: NDArray[Any]) -> list[NDArray[Any]]:
-    """So few points at a time that their covariances with the samples take little memory."""
+    """The points in parts, so that the covariances of a part with the samples fit in little memory."""
     return np.array_split(points, max(1, -(-len(points) // MOST)))
 
 
@@ -142,9 +142,9 @@ def krige_independent(points: Array, threads: int) -> Array:
 
 
 def _predictions(points: Array, assumed: Model, threads: int) -> Iterator[tuple[slice, Kriging]]:
-    """Predictions from sets (sets, n, d): of as many sets together as fill the cache.
+    """Predictions from sets (sets, n, d), computed together for as many sets as fit in the processor's cache.
 
-    Where the drift is lowered each set is predicted by itself, so that no set depends on the others beside it.
+    Where the degree of the drift is lowered, each set is predicted by itself, so that no set depends on others.
     """
     sets, n, _ = points.shape
     size = max(1, TOGETHER // n**2)

@@ -53,10 +53,10 @@ HIGHEST_DIMENSION = LOCAL_DEGREES[-1][0][-1]
 #: Highest order of any rule.
 MAX_ORDER = max(highest for _, highest in LOCAL_DEGREES)
 
-#: Orders that are no numbers.
+#: Orders that are names, not numbers.
 ORDER_NAMES = ("kriging", "auto")
 
-#: What order 0 means, first what is preferred.
+#: The methods of order 0, in order of preference.
 ORDER_ZERO = (VORONOI, local(0))
 
 
@@ -66,16 +66,16 @@ def highest_order(d: int) -> int:
 
 
 def read_order(order: Any, d: int | None = None, names: tuple[str, ...] = ORDER_NAMES) -> tuple[Method, ...]:
-    """The methods that ``order=`` names, first what is preferred; none for "auto", which leaves the choice to rules.
+    """The methods that ``order=`` names, in order of preference; none for "auto".
 
     Parameters
     ----------
     order : int or str
         As a caller gave it.
     d : int, optional
-        Dimension, if the highest order there is meant, not the highest of all.
+        Dimension, which limits the order. By default the limit is that of all dimensions.
     names : tuple of str
-        The orders that are no numbers.
+        Names that are allowed beside numbers.
 
     Raises
     ------

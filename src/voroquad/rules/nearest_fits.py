@@ -1,4 +1,4 @@
-"""Leave-one-out of independent samples: each corrects a reconstruction box by box from its nearest others."""
+"""Leave-one-out for independent samples: each corrects a piecewise polynomial fitted to the others."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ def leave_one_out(points: Array, degree: int, threads: int) -> Array:
         Î = 1/n Σ_i [ f(x_i) − f̂^(−i)(x_i) + ∫ f̂^(−i) ]
 
     is unbiased (docs/theory.md, (17)). f̂ is a polynomial in each of about n equal boxes, fitted to the k samples
-    nearest to the box's centre, with weights that end at the next one. So f̂^(−i) differs from f̂ in those
-    boxes alone that have x_i among their k + 1 nearest, where the (k + 2)nd stands in for it.
+    nearest to the box's centre, with weights that vanish at the (k + 1)st. So f̂^(−i) differs from f̂ only in the
+    boxes that have x_i among their k + 1 nearest samples; there the (k + 2)nd replaces it.
     """
     n, d = points.shape
     degree = next((p for p in range(degree, 0, -1) if _neighbours(p, d) + 2 <= n), 0)
@@ -44,7 +44,7 @@ def leave_one_out(points: Array, degree: int, threads: int) -> Array:
     distance, nearest = boxes.nearest(points, k + 2)
     home = boxes.numbers(points)
 
-    # A sample is one of the k + 1 nearest to its box's centre, which then go on without it, or none of them
+    # Either a sample is among the k + 1 nearest to the centre of its box, whose fit is then made without it, or not
     own = nearest[home, : k + 1] == np.arange(n)[:, None]  # (n, k + 1)
     outside = np.flatnonzero(~own.any(axis=1))
     inside, rank = np.nonzero(own)

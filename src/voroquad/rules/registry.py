@@ -1,4 +1,4 @@
-"""Quadrature weights of a sample set: what each sample stands for."""
+"""The table of rules, and the weights and fits that they give."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def weights(
         ``"bias-function"``: the measures over the bias function G; unbiased, Σ w ≠ 1.
         ``"exchange"``: unbiased with Σ w = 1 and no loss of rate.
         ``"leave-one-out"``: unbiased with Σ w = 1. Order 0: the measures less what they owe to the
-        border, as the values nearest among the other samples tell; weights may be negative. Higher
+        border, estimated from the nearest other samples; weights may be negative. Higher
         orders: each sample corrects a polynomial fitted to the others around it.
         ``"cross-fit"``: unbiased; each of several independent sets corrects a reconstruction from the
         others. The estimate is the mean over the sets; its weights sum to 1, those of one set need not.
@@ -174,7 +174,7 @@ class Rule:
     in_box: InBox | None = None
 
     def fit(self, samples: SampleSet, threads: int, values: NDArray[np.float64] | None = None) -> Fit:
-        """Weights of sets of samples and, with values (sets, fields, n) of integrands, what tells their error."""
+        """Weights of sample sets and, with values (sets, fields, n) of integrands, the data for their errors."""
         return self.fitter(samples, self.method, threads, values)
 
     def weigh(self, samples: SampleSet, threads: int) -> NDArray[np.float64]:
@@ -231,16 +231,16 @@ def span(entries: Sequence[int | str]) -> str:
 
 
 def choose_rule(kind: SetKind, order: int | str, debias: str) -> Rule:
-    """The rule that `order` and `debias` mean for sets of a kind; ValueError if there is none."""
+    """The rule that `order` and `debias` name, for sets of a kind; ValueError if there is none."""
     one_of("debias", debias, DEBIAS)
     return find_rule(kind, read_order(order) or default_methods(kind, debias), debias)
 
 
 def integration_rule(kind: SetKind, methods: tuple[Method, ...], debias: str) -> Rule:
-    """The rule of :func:`voroquad.quad`: that of :func:`weights`, but where one is asked for that tells an error.
+    """The rule of :func:`voroquad.quad`: that of :func:`weights`, except where quad needs the error of a single set.
 
-    Order 0 with corrections is plain stratification, or the plain mean of each set: predicted constants, which the
-    corrections take away again. So is what nothing is asked of and what is a single set.
+    Order 0 is the plain mean of each set: the constants that are predicted and those that are subtracted cancel. A
+    single set of independent or quasi-random points has the plain mean by default, too.
     """
     if not methods and tells_own_error(kind.design, debias) and chooses(kind):
         return Rule("leave-one-out", CHOICE, fit_by_choice)
@@ -256,7 +256,7 @@ def integration_rule(kind: SetKind, methods: tuple[Method, ...], debias: str) ->
 
 
 def tells_own_error(design: str, debias: str) -> bool:
-    """Whether the rule of :func:`voroquad.quad` reads the error off one set of a design."""
+    """Whether the rule of :func:`voroquad.quad` gives an error from a single set of a design."""
     return debias in ("auto", "leave-one-out") and design_of(design).stratified
 
 
@@ -266,9 +266,9 @@ def has_rule(kind: SetKind, methods: Sequence[Method], debias: str) -> bool:
 
 
 def find_rule(kind: SetKind, methods: Sequence[Method], debias: str, families: Sequence[Family] | None = None) -> Rule:
-    """The rule for sets of a kind, of the first method that has one; ValueError with those nearest to it if none has.
+    """The rule for sets of a kind, of the first method that has one; ValueError that lists similar rules if none has.
 
-    Where an unbiased rule was asked for, biased ones are listed last and called so.
+    Biased rules are listed last, and named as biased.
     """
     families = RULES if families is None else families
     if (rule := next(_matching(kind, methods, debias, families), None)) is not None:
@@ -340,7 +340,7 @@ def _equal(samples: SampleSet, method: Method, threads: int, values: Array | Non
 
 
 def _in_strata_order(samples: SampleSet, rule: Callable[[Array], Array]) -> Array:
-    """Apply a rule that wants the points in C order of their strata."""
+    """Apply a rule that takes the points in C order of their strata."""
     assert samples.strata is not None
     points = samples.batch
     order = np.argsort(stratum_index(points, samples.strata), axis=-1)

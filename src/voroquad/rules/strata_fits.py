@@ -19,7 +19,7 @@ from .error_bars import of_corrections
 from .fit import ResidualFit
 from .method import HIGHEST_DIMENSION, Method
 
-#: Fewest samples of a fit per polynomial term: with less, even on a small grid, the order is lowered.
+#: Fewest samples of a fit per polynomial term. With fewer, on a small grid, the order is lowered.
 FEWEST_PER_TERM = 1.5
 
 #: What (Σ (|S_i| r_i)²)^½ is multiplied by to give the standard error, by dimension and default order, each
@@ -36,7 +36,7 @@ ERROR_SCALE: dict[tuple[int, int | str], tuple[tuple[int, float], ...]] = {
 
 @dataclass(frozen=True)
 class Stencil:
-    """What a stratum's polynomial is fitted to: its order, and the strata of its block along each axis."""
+    """Order of the polynomial of a stratum, and the strata along each axis of the block that it is fitted to."""
 
     order: int
     width: tuple[int, ...]
@@ -68,7 +68,7 @@ def stencil(order: int, strata: tuple[int, ...]) -> Stencil:
 
 
 def _samples_per_term(order: int, d: int) -> float:
-    """Samples that a fit should have per polynomial term. Tighter fits have rare, huge weights."""
+    """Samples that a fit should have per polynomial term. With fewer, weights are huge now and then."""
     if d <= 2 and order >= 7:
         return 3.0
     return 2.4 if d == 1 else 2.2
