@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import voroquad as vq
+from voroquad.integrals.methods import MANY_POINTS
 
 
 def integrate(d: int = 2, **how: object) -> vq.QuadResult:
@@ -60,3 +61,19 @@ def test_a_batch_limits_every_call_and_changes_no_bit(method):
     r = vq.quad(func, [0, 0], [1, 1], n_points=100, method=method, batch=30, rng=1)
     assert sizes == [30, 30, 30, 10]
     assert r.integral == integrate(method=method).integral
+
+
+@pytest.mark.parametrize("d", MANY_POINTS)
+def test_the_default_for_many_points_is_the_pilot_rule(d):
+    many = MANY_POINTS[d]
+
+    def same(n: int, other: dict[str, object], **how: object) -> bool:
+        edge = lambda x: (x.sum(axis=0) < 0.7) * 1.0  # noqa: E731
+        one, two = (vq.quad(edge, [0] * d, [1] * d, n_points=n, rng=1, **h) for h in (how, other))
+        return one.integral == two.integral
+
+    assert same(many, {"method": "pilot"})
+    assert not same(many - 1, {"method": "pilot"})
+    assert same(many - 1, {"sampler": "multi-jittered"})
+    assert not same(many, {"method": "pilot"}, sampler="multi-jittered")
+    assert not same(many, {"method": "pilot"}, debias="leave-one-out")

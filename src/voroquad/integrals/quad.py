@@ -119,8 +119,9 @@ def quad(
         cross-fit, in place of the four: each is corrected by what the others predict. With two the error has a
         single degree of freedom, and the 95 % interval is 12.7 standard errors to either side.
     method : str
-        "auto" is the rule that `order`, `sampler` and `debias` name, which are for that one only. "kriging" and "local"
-        predict each sample from those around it, by kriging or by polynomials (of the order 8 in the plane, 3 above, on
+        "auto" is the rule that `order`, `sampler` and `debias` name, which are for that one only; if none is named it
+        is "pilot" for estimates of 8192 points or more in d ≤ 2, of 16384 in d = 3. "kriging" and "local" predict each
+        sample from those around it, by kriging or by polynomials (of the order 8 in the plane, 3 above, on
         a line as many as there are points for; `order` may name another). "pilot" is for many points in d ≤ 3: a
         grid of a quarter of them predicts, and says where samples go. "polynomials" is for many points in more
         dimensions, up to 20: Sobol' replicates, each corrected by polynomials that are fitted to the others. "plain"
