@@ -70,7 +70,7 @@ def test_derivatives_of_prb_are_not_those_of_polarized_light():
         mi.load_dict({"type": "reweighted", "domain": "light", "nested": {"type": "prb"}})
 
 
-@pytest.mark.parametrize("plugin", ["plain", "reweighted", "moving"])
+@pytest.mark.parametrize("plugin", ["plain", "reweighted", "moving", "owensobol"])
 def test_scalar_variants_are_told_what_they_need(plugin):
     for variant in (name for name in mi.variants() if name.startswith("scalar")):
         mi.set_variant(variant)
