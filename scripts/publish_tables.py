@@ -29,6 +29,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "peers": integrals.peers_table,
         "peer-times": integrals.peer_times_table,
         "asian-options": integrals.asian_options_table,
+        "peaks": integrals.peaks_table,
         "domain-maps": integrals.domain_maps_table,
     },
     "measured/error-bars.md": {"coverage": integrals.coverage_table, "weight-bounds": integrals.weight_bounds_table},

@@ -118,3 +118,14 @@ def domain_maps_table() -> str:
                if (r["domain"], r["n"]) == (domain, n)}  # fmt: skip
         rows.append([domain, n, *(short(own[i]) for i in integrands)])
     return markdown(rows, "ll")
+
+
+def peaks_table() -> str:
+    """Mean squared errors on peaks by method."""
+    measured = read(RESULTS / "adaptation.csv")
+    methods = list(dict.fromkeys(r["method"] for r in measured))
+    rows = [["d", "integrand", *methods]]
+    for d, name in dict.fromkeys((r["d"], r["integrand"]) for r in measured):
+        own = {r["method"]: float(r["mse"]) for r in measured if (r["d"], r["integrand"]) == (d, name)}
+        rows.append([d, name, *(scientific(own[m]) for m in methods)])
+    return markdown(rows, "ll")

@@ -11,6 +11,7 @@ import numpy as np
 from scipy.special import stdtrit
 
 from .._support.numbers import with_uncertainty
+from .adaptation import Adaptation
 from .components import FEWEST_ERRORS, Components, Linked
 from .diagnostics import ADVICE, IntegrationWarning, diagnosis, issue
 from .estimates import Estimate
@@ -50,6 +51,9 @@ class QuadResult:
         a bar between them where they differ.
     warnings : tuple of IntegrationWarning
         What the call warned of, each with its ``kind`` and ``details``.
+    adaptation : Adaptation or None
+        Where ``adapt`` was asked for, what the pilot found: ``adapted``, ``nodes`` (d, 25), ``concentration`` and
+        ``n_pilot``.
 
     Examples
     --------
@@ -65,6 +69,7 @@ class QuadResult:
     degrees_of_freedom: float = field(default=math.inf, repr=False)
     warnings: tuple[IntegrationWarning, ...] = field(default=(), repr=False)
     rule: Any = field(default="", repr=False, compare=False)
+    adaptation: Adaptation | None = field(default=None, repr=False, compare=False)
     _components: Components | None = field(default=None, repr=False, compare=False)
     _library: Library = field(default=Library(np.empty(0)), repr=False, compare=False)
 
@@ -77,7 +82,7 @@ class QuadResult:
         warnings = function.diagnoses.all()
         rule = function.form.texts(estimate.rules) if estimate.rules else ""
         freedom = estimate.degrees_of_freedom
-        return cls(integral, error, estimate.n, freedom, warnings, rule, components, function.library)
+        return cls(integral, error, estimate.n, freedom, warnings, rule, None, components, function.library)
 
     @property
     def covariance(self) -> Any:
