@@ -86,7 +86,7 @@ def powers_of_two(max_n: int) -> list[int]:
 
 
 def replicates_at(n: int, replicates: int) -> int:
-    """Replicates at size n: `replicates` above n = 512, twice as many up to there, where they are cheap."""
+    """Replicates at size n: `replicates` above n = 512, and twice as many below, where they are cheap."""
     return 2 * replicates if n <= 512 else replicates
 
 
@@ -157,7 +157,7 @@ _BATCH_POINTS = 2**20  # keeps a batch of sets within 50 MB
 
 
 def units(n: int, replicates: int) -> int:
-    """The number of units that measure so many sets of n samples."""
+    """Number of units of work for `count` sets of n samples."""
     return -(-replicates // _sets_of_a_unit(n))
 
 

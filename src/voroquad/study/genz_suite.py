@@ -62,7 +62,7 @@ class GenzSettings:
     seed: int
 
 
-#: A rule, in so many dimensions, with so many evaluations
+#: A rule, the number of dimensions and the number of evaluations
 Work = tuple[Integrator, int, int]
 
 
@@ -151,7 +151,7 @@ def run_genz(
 
 
 def sizes_up_to(max_n: int) -> list[int]:
-    """Numbers of evaluations: 128, 512, 2048 …, eight powers of two each."""
+    """Numbers of evaluations: 128, 512, 2048 …, each four times the one before."""
     if max_n < 128:
         raise ValueError(f"max_n must be at least 128, got {max_n}")
     return [2**k for k in range(7, max_n.bit_length(), 2)]
@@ -304,7 +304,7 @@ def _join(a: Array, b: Array) -> Array:
 def _cells(
     store: _Store, work: Sequence[Work], settings: GenzSettings, pool: Pool, advance: Advance
 ) -> Iterator[ErrorCell]:
-    """The cells, from an earlier run where it measured them."""
+    """The cells. Those that an earlier run measured are read from the store."""
     missing = [one for one in work if store.get(*one) is None]
     measured = measure(missing, settings, pool, advance)
     for rule, d, n in work:
@@ -323,7 +323,10 @@ def _log_mse(cell: ErrorCell, settings: GenzSettings) -> NDArray[np.float64]:
 
 
 class _Store:
-    """Measured cells, in a file that is always complete."""
+    """Measured cells, in one file that is replaced as a whole.
+
+    The store of :mod:`voroquad.cluster.store` needs Zarr, which runs without Dask do not have.
+    """
 
     def __init__(self, path: Path, settings: GenzSettings):
         self.path = path

@@ -54,16 +54,16 @@ class Moments:
         return np.sqrt(self.spread / (self.count - 1) / self.count)
 
     def packed(self) -> Array:
-        """All of it in one array (3, 2, ...), as units carry it."""
+        """All moments in one array (3, 2, ...), the value of a unit of work."""
         return np.stack([np.full_like(self.mean, self.count), self.mean, self.spread])
 
     @classmethod
     def unpacked(cls, array: Array) -> Moments:
-        """What `packed` made."""
+        """The moments in an array that :meth:`packed` returned."""
         count, mean, spread = array
         return cls(int(count.flat[0]), mean, spread)
 
 
 def add_packed(a: Array, b: Array) -> Array:
-    """Join two blocks as they are packed."""
+    """The moments of two blocks together, all of them packed."""
     return (Moments.unpacked(a) + Moments.unpacked(b)).packed()

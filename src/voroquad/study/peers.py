@@ -52,7 +52,7 @@ class Integrator:
 
 
 def one_by_one(rule: Callable[[KnownIntegrand, int, np.random.Generator], tuple[float, int]]) -> Estimate:
-    """The rule for several functions that takes one at a time."""
+    """The rule for several functions, made of one for a single function."""
 
     def estimate(functions: Sequence[KnownIntegrand], n: int, rng: np.random.Generator) -> Estimates:
         values, used = zip(*(rule(f, n, rng) for f in functions), strict=True)
@@ -182,7 +182,7 @@ def _replicates_exist(d: int, n: int) -> bool:
 
 OURS = Integrator("vq.quad", voroquad)
 
-#: What vq.quad is compared with; the extra `bench` brings the packages.
+#: Rules that vq.quad is compared with. The extra `bench` installs their packages.
 PEERS = (
     Integrator("qmc_quad", one_by_one(partial(qmc_quad, engine=qmc.Sobol)), _replicates_exist),
     Integrator("qmc_quad-halton", one_by_one(partial(qmc_quad, engine=qmc.Halton)), _replicates_exist),
