@@ -39,8 +39,9 @@ class ConvexDomain(Bounds):
 
     @property
     def region(self) -> tuple[Array, NDArray[np.bool_], Array]:
-        """The sides, the axes and the walls (m, d + 1) as the core takes them."""
-        normals, offsets = self._walls[:, :-1], self._walls[:, -1]
+        """The sides, the axes and the walls (m, d + 1) as the core takes them, without those that are sides."""
+        walls = self._walls[np.sort(np.abs(self._walls[:, :-1]))[:, -2] > FLAT]
+        normals, offsets = walls[:, :-1], walls[:, -1]
         offsets = np.ldexp(offsets - normals @ self._offset, -self._exponent)
         return *self.in_core, np.column_stack([normals, offsets])
 
