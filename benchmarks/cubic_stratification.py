@@ -74,7 +74,7 @@ def main() -> None:
     options = parser.parse_args()
 
     truth = np.array([f.integral for f in FUNCTIONS])
-    rules = [("vq.quad", order, by_quad) for order in ("auto", *range(1, highest_order(2) + 1))]
+    rules = [("vq.quad", order, by_quad) for order in ("auto", "kriging", *range(1, highest_order(2) + 1))]
     rules += [("cubic stratification", order, by_cubic) for order in CUBIC_ORDERS]
     lines = {} if not options.only else measured()
     for rule, order, estimate in rules:

@@ -33,6 +33,10 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "domain-maps": integrals.domain_maps_table,
     },
     "measured/error-bars.md": {"coverage": integrals.coverage_table, "weight-bounds": integrals.weight_bounds_table},
+    "measured/coverage.md": {
+        "coverage-kinds": integrals.coverage_kinds_table,
+        "coverage-integrands": integrals.coverage_integrands_table,
+    },
     "measured/rules.md": {
         "rules-1": rules.rules_table(1),
         "rules-2": rules.rules_table(2),

@@ -57,6 +57,33 @@ def coverage_table() -> str:
     return markdown(rows, "l")
 
 
+def coverage_kinds_table() -> str:
+    """Coverage and widths by dimension, evaluations and kind of integrand, calibrated and not."""
+    measured = read(RESULTS / "coverage_suite.csv")
+    rows = [["d", "evaluations", "kind", "calibrated", "integrands", "sets", "mean", "least", "widest"]]
+    for key in dict.fromkeys((r["d"], r["n"], r["kind"], r["calibrated"]) for r in measured):
+        some = [r for r in measured if (r["d"], r["n"], r["kind"], r["calibrated"]) == key]
+        shares = [float(r["coverage"]) for r in some]
+        widest = max(float(r["width_over_rms"]) for r in some)
+        shown = [percent(str(sum(shares) / len(shares))), percent(str(min(shares))), f"{widest:.1f}"]
+        rows.append([*key, str(len(some)), some[0]["replicates"], *shown])
+    return markdown(rows, "llll")
+
+
+def coverage_integrands_table() -> str:
+    """Coverage, width and warnings of each integrand, at the largest number of evaluations of its dimension."""
+    measured = read(RESULTS / "coverage_suite.csv")
+    largest = {d: max(int(r["n"]) for r in measured if r["d"] == d) for d in {r["d"] for r in measured}}
+    rows = [["d", "integrand", "calibrated", "coverage", "width", "warned, missed", "warned, held"]]
+    for r in measured:
+        if int(r["n"]) == largest[r["d"]]:
+            formula = f"{r['kind']}: {r['integrand']}".replace("|", "\\|")
+            warned = [percent(r[name]) if r[name] else "" for name in ("warned_of_missed", "warned_of_held")]
+            width = f"{float(r['width_over_rms']):.1f}"
+            rows.append([r["d"], formula, r["calibrated"], percent(r["coverage"]), width, *warned])
+    return markdown(rows, "lll")
+
+
 def weight_bounds_table() -> str:
     """Sums and largest weights of the default rules."""
     names = {"d": "d", "design": "samples", "strata": "strata", "order": "rule", "sets": "sets"}

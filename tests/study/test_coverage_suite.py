@@ -24,6 +24,13 @@ def test_a_cell_tells_shares_and_widths():
     assert np.isfinite(always["width_over_rms"])
 
 
+def test_a_vector_is_as_wide_as_its_widest_component():
+    half = np.tile([1.0, 10.0, 100.0], 5)
+    error = np.tile([1.0, 2.0, 100.0], 5)
+    row = CoverageCell(cases(1)[-1], 1, 64, np.ones(15), half, error, np.zeros(15)).row()
+    assert row["width_over_rms"] == 5
+
+
 def test_replicates_are_those_of_quad_and_do_not_depend_on_their_number():
     work = [(1, 64, number) for number in (0, len(cases(1)) - 1)]
     few, many = (list(measure(work, CoverageSettings(replicates, 3))) for replicates in (20, 45))

@@ -101,15 +101,22 @@ class Estimator:
         fit = rule.fit(drawn, self.threads, values.scaled)
         means, rounding = fit.estimates(values.scaled, self.integrand.epsilon)
         error, degrees_of_freedom = fit.standard_error(means)
-        warning = None
-        if len(means) == 1 and isinstance(fit, ResidualFit):
-            warning = _surprising_stratum(self.integrand, drawn.points[0], values.scaled[0], fit.residuals[0])
-        elif len(means) == 1:
-            warning = diagnosis("no-error", points=values.n)
+        warning = self._warning(fit, drawn, values)
         found = self._estimate(
             means.mean(axis=0), error, rounding.mean(axis=0), degrees_of_freedom, values, warning, fit.deviations(means)
         )
         return replace(found, rules=_told(rule, fit, len(found.mean)))
+
+    def _warning(self, fit: Fit, drawn: SampleSet, values: Values) -> IntegrationWarning | None:
+        """What a single set gives reason to warn of.
+
+        The bar of chosen orders on a line knows how few strata it rests on, as beside a step, and holds there.
+        """
+        if len(drawn.batch) > 1 or (isinstance(fit, ChosenFit) and self.integrand.d == 1):
+            return None
+        if isinstance(fit, ResidualFit):
+            return _surprising_stratum(self.integrand, drawn.points[0], values.scaled[0], fit.residuals[0])
+        return diagnosis("no-error", points=values.n)
 
     def _draw(self, n: int) -> SampleSet:
         """Sets of at most n points; four replicates of a quarter of them if a single set gives no error."""

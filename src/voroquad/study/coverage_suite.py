@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import os
 import shlex
 import warnings
@@ -49,15 +48,16 @@ class CoverageCell:
     case: Case
     d: int
     n: int
-    held: Array  # (replicates · components,), whether the interval held the integral
+    held: Array  # (replicates · components,), replicate by replicate, whether the interval held the integral
     half: Array  # half its width
     error: Array
     warned: Array
 
     def row(self) -> dict[str, object]:
         """The line of the table."""
-        rms = math.sqrt(float(np.square(self.error).mean()))
-        least = _ROUNDING * float(abs(self.case.integral).max())
+        half, error = (x.reshape(-1, self.case.integral.size) for x in (self.half, self.error))
+        rms = np.sqrt(np.square(error).mean(axis=0))
+        least = _ROUNDING * np.ravel(abs(self.case.integral))
         missed = self.held == 0
         return {
             "d": self.d,
@@ -66,8 +66,8 @@ class CoverageCell:
             "integrand": self.case.formula,
             "calibrated": "yes" if self.case.calibrated else "no",
             "coverage": float(self.held.mean()),
-            "width_over_rms": float(np.median(self.half)) / max(rms, least),
-            "rms_error": rms,
+            "width_over_rms": float((np.median(half, axis=0) / np.maximum(rms, least)).max()),
+            "rms_error": float(rms.max()),
             "warned_of_missed": _share(self.warned[missed]),
             "warned_of_held": _share(self.warned[~missed]),
         }
