@@ -7,7 +7,6 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-import scipy.stats
 from numpy.typing import NDArray
 from scipy.special import ndtri
 
@@ -118,6 +117,8 @@ def rotating(
 
 def _moments(distribution: Any) -> tuple[float, float] | None:
     """Mean and standard deviation of a normal distribution of either kind that SciPy has; None for others."""
+    import scipy.stats
+
     if isinstance(distribution, scipy.stats.Normal):
         return float(distribution.mean()), float(distribution.standard_deviation())
     if getattr(getattr(distribution, "dist", None), "name", None) == "norm":
