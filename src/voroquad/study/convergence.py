@@ -157,7 +157,7 @@ _BATCH_POINTS = 2**20  # keeps a batch of sets within 50 MB
 
 
 def units(n: int, replicates: int) -> int:
-    """Number of units of work for `count` sets of n samples."""
+    """Number of units of work for `replicates` sets of n samples."""
     return -(-replicates // _sets_of_a_unit(n))
 
 
