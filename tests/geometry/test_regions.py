@@ -57,6 +57,14 @@ def test_of_any_set_fill_the_polygon(points):
     assert measures.sum() == pytest.approx(BAY.area, abs=1e-12)
 
 
+def test_thin_cells_that_rounding_folds():
+    turns = np.random.default_rng(0).random((30, 12)) * 2 * np.pi
+    for angles in turns:  # wedges that meet in the middle of the square
+        points = 0.5 + 1e-10 * np.stack([np.cos(angles), np.sin(angles)], axis=-1)
+        cells = vq.cells(points[points[:, 1] < 0.5], domain=BAY)
+        assert cells.measures.sum() == pytest.approx(BAY.area, abs=1e-12)
+
+
 def test_cells_in_pieces():
     cells = vq.cells([[0.3, 0.6], [0.9, 0.1], [0.3, 0.6]], domain=BAY)
     pieces = cells.geometries()

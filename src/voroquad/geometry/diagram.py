@@ -105,7 +105,11 @@ class Cells:
         # A cell of fewer than three corners has no area, and Shapely's rings are closed
         each = (polygons[i] for i in range(len(polygons)))
         rings = [polygon if len(polygon) > 2 else np.repeat(polygon[:1], 3, axis=0) for polygon in each]
-        return np.array([shapely.Polygon(ring) for ring in rings], dtype=object)
+        geometries = np.array([shapely.Polygon(ring) for ring in rings], dtype=object)
+        # Rounding may fold a thin cell; GEOS wants none that cross themselves, and cells are convex
+        folded = ~shapely.is_valid(geometries)
+        geometries[folded] = shapely.convex_hull(geometries[folded])
+        return geometries
 
     def polyhedra(self) -> list[list[Array]]:
         """Faces of each point's cell, d = 3; each face its corners (k, 3), counter-clockwise from outside.
