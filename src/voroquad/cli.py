@@ -452,9 +452,10 @@ def _say(line: str) -> None:
 
 #: The extra of the package that brings a module.
 _EXTRAS = {
-    **dict.fromkeys(("matplotlib", "jinja2", "markupsafe", "bokeh", "OpenEXR", "pydantic"), "study"),
+    **dict.fromkeys(("matplotlib", "mpl_toolkits", "jinja2", "markupsafe", "bokeh", "OpenEXR", "pydantic"), "study"),
     **dict.fromkeys(("mitsuba", "drjit", "flip_evaluator"), "render"),
     **dict.fromkeys(("vegas", "qmcpy"), "bench"),
+    "shapely": "geo",
     **dict.fromkeys(("distributed", "dask", "zarr", "fsspec"), "cluster"),
 }
 
