@@ -139,7 +139,15 @@ def total(estimates: Sequence[Estimate]) -> Estimate:
         degrees,
         tuple(_warnings(estimates, parts)),
         np.concatenate(known, axis=1) if len(known) == len(deviations) else None,
+        _rules(estimates),
     )
+
+
+def _rules(estimates: Sequence[Estimate]) -> tuple[str, ...]:
+    """What predicted each component in the pieces, in their order, each rule once; nothing if a piece does not tell."""
+    if not all(e.rules for e in estimates):
+        return ()
+    return tuple(", ".join(dict.fromkeys(names)) for names in zip(*(e.rules for e in estimates), strict=True))
 
 
 def _warnings(estimates: Sequence[Estimate], parts: Array) -> list[IntegrationWarning]:
