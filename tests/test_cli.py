@@ -192,3 +192,8 @@ def test_limits_are_formulas(voroquad):
     run = voroquad("integrate", "sin(x)^2", "--bounds", "0:2*pi", "--seed", 1, "--json")
     assert run.returncode == 0, run.stderr
     assert abs(json.loads(run.stdout)["integral"] - np.pi) < 1e-9
+
+
+def test_the_package_runs_as_a_program():
+    done = subprocess.run([sys.executable, "-m", "voroquad", "--version"], capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stdout.strip()) == (0, vq.__version__)

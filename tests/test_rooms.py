@@ -22,6 +22,7 @@ FLOORS = (
     ("study", "mitsuba", "report", "mri_nufft"),
     ("explore", "demo"),
     ("cli",),
+    ("__main__",),
 )
 FLOOR_OF = {room: number for number, floor in enumerate(FLOORS) for room in floor}
 
