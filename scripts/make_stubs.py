@@ -11,6 +11,7 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
+from importlib.util import find_spec
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -25,11 +26,12 @@ def generated() -> str:
     """The stubs of the core that is installed, as ruff formats them."""
     import nanobind
 
-    import voroquad
-
+    core = find_spec(f"voroquad.{MODULE}")
+    assert core is not None
+    assert core.origin is not None
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / STUBS.name
-        options = ["-q", "-D", "-i", Path(voroquad.__file__).parent, "-m", MODULE, "-p", PATTERNS, "-o", path]
+        options = ["-q", "-D", "-i", Path(core.origin).parent, "-m", MODULE, "-p", PATTERNS, "-o", path]
         subprocess.run([sys.executable, "-m", "nanobind.stubgen", *map(str, options)], check=True)
         text = path.read_text(encoding="utf-8")
     text = HEAD.format(nanobind.__version__) + text

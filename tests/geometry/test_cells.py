@@ -595,6 +595,7 @@ for seed in range(200):  # many sites that are equally near to a corner: octaves
 
 def test_an_unknown_version_of_the_core_is_refused():
     asked = {**os.environ, "VOROQUAD_PROCESSOR": "v9"}
-    failed = subprocess.run([sys.executable, "-c", "import voroquad.cells"], env=asked, capture_output=True, text=True)
+    program = "import voroquad; voroquad.cells([[0.5]])"
+    failed = subprocess.run([sys.executable, "-c", program], env=asked, capture_output=True, text=True)
     assert failed.returncode != 0
     assert "VOROQUAD_PROCESSOR is 'v9'; this processor has " in failed.stderr

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import voroquad as vq
-from voroquad.integrals.adaptation import INTERVALS, Pool, SeparableMap, refined
+from voroquad.integrals.adaptation import INTERVALS, PilotSamples, SeparableMap, refined
 
 
 def peak(d, sigma=0.03):
@@ -34,7 +34,7 @@ def test_samples_of_all_rounds_stand_for_the_box():
     rng = np.random.default_rng(1)
     rounds = [(SeparableMap.identity(2), 4000), (SeparableMap(NODES), 8000)]
     u = np.concatenate([warp(rng.random((2, n)))[0] for warp, n in rounds], axis=1)
-    w = Pool(u, np.ones((1, u.shape[1])), rounds).weights()
+    w = PilotSamples(u, np.ones((1, u.shape[1])), rounds).weights()
     assert w.sum() == pytest.approx(1, abs=0.03)
     np.testing.assert_allclose(u @ w, [0.5, 0.5], atol=0.03)
 
@@ -42,14 +42,14 @@ def test_samples_of_all_rounds_stand_for_the_box():
 def test_intervals_gather_where_the_integrand_is_large():
     u = np.random.default_rng(1).random((2, 4000))
     warp = SeparableMap.identity(2)
-    pool = Pool(u, (np.exp(-(((u[0] - 0.3) / 0.05) ** 2)) + 1e-3)[None], [(warp, 4000)])
+    pool = PilotSamples(u, (np.exp(-(((u[0] - 0.3) / 0.05) ** 2)) + 1e-3)[None], [(warp, 4000)])
     for _ in range(4):
         warp = refined(warp, pool)
     inside = ((warp.nodes > 0.2) & (warp.nodes < 0.4)).sum(axis=1)
     assert inside[0] > 0.6 * INTERVALS
     assert inside[1] < 0.4 * INTERVALS
     assert (np.diff(warp.nodes) > 0).all()
-    assert refined(warp, Pool(u, np.zeros((1, 4000)), pool.rounds)) is warp
+    assert refined(warp, PilotSamples(u, np.zeros((1, 4000)), pool.rounds)) is warp
 
 
 @pytest.mark.parametrize(

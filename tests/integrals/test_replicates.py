@@ -14,7 +14,7 @@ from voroquad.integrals.evaluation import Function
 from voroquad.integrals.integrand import Integrand
 from voroquad.integrals.library import Library
 from voroquad.integrals.regions import Box
-from voroquad.rules.nested_fits import Moments, fits, predicted
+from voroquad.rules.nested_fits import NormalEquations, fits, predicted
 from voroquad.study.genz import instances
 
 
@@ -140,10 +140,10 @@ def test_neither_fit_nor_choice_knows_the_replicate():
     rng = np.random.default_rng(5)
     points = [rng.random((64, 3)) for _ in range(8)]
     values = [np.exp(x.sum(axis=1))[None] for x in points]
-    moments = [Moments.of(run.terms, x, y) for x, y in zip(points, values, strict=True)]
+    moments = [NormalEquations.of(run.terms, x, y) for x, y in zip(points, values, strict=True)]
     for r in range(8):
         others = [*values[:r], rng.random((1, 64)), *values[r + 1 :]]
-        other_moments = [*moments[:r], Moments.of(run.terms, points[r], others[r]), *moments[r + 1 :]]
+        other_moments = [*moments[:r], NormalEquations.of(run.terms, points[r], others[r]), *moments[r + 1 :]]
         kept = run._coefficients(moments, points, values, r)
         assert np.abs(kept[1:]).max() > 0.1
         np.testing.assert_allclose(run._coefficients(other_moments, points, others, r), kept, atol=1e-9)

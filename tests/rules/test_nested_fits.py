@@ -8,7 +8,7 @@ import math
 import numpy as np
 import pytest
 
-from voroquad.rules.nested_fits import Moments, Terms, fits, predicted, terms_of
+from voroquad.rules.nested_fits import NormalEquations, Terms, fits, predicted, terms_of
 
 
 @pytest.mark.parametrize(("d", "most"), [(1, 9), (2, 30), (4, 90), (7, 130)])
@@ -42,7 +42,7 @@ def test_terms_are_products_of_orthonormal_polynomials():
 def test_each_candidate_is_the_least_squares_fit_of_its_terms():
     rng = np.random.default_rng(2)
     terms, x, y = terms_of(3, 25), rng.random((400, 3)), rng.random((2, 400))
-    coefficients = fits(Moments.of(terms, x, y), terms)
+    coefficients = fits(NormalEquations.of(terms, x, y), terms)
     candidates = [family.order[:size] for family in terms.families for size in family.sizes]
     assert len(coefficients) == len(candidates)
     for c, kept in zip(coefficients, candidates, strict=True):
@@ -55,7 +55,9 @@ def test_each_candidate_is_the_least_squares_fit_of_its_terms():
 def test_moments_of_parts_add_up():
     rng = np.random.default_rng(3)
     terms, x, y = terms_of(2, 10), rng.random((10_000, 2)), rng.random((1, 10_000))
-    whole, first, rest = (Moments.of(terms, x[s], y[:, s]) for s in (slice(None), slice(3000), slice(3000, None)))
+    whole, first, rest = (
+        NormalEquations.of(terms, x[s], y[:, s]) for s in (slice(None), slice(3000), slice(3000, None))
+    )
     for both in (first + rest, whole):
         np.testing.assert_allclose(np.triu(both.gram), np.triu(terms.at(x) @ terms.at(x).T), rtol=1e-10, atol=1e-9)
         np.testing.assert_allclose(both.product, terms.at(x) @ y.T, rtol=1e-10, atol=1e-9)

@@ -7,17 +7,15 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
+from .._support.arrays import Array
 from .._support.checks import one_of
 from ..designs.sampling import sample
 from .estimates import Estimate
 from .integrand import Integrand
 from .pieces import Part
 from .regions import Region, within
-
-Array = NDArray[np.float64]
 
 #: Intervals of the map along an axis; between their ends it is a monotone cubic, since kinks cost smooth peaks digits.
 INTERVALS = 24
@@ -115,7 +113,7 @@ class MappedRegion:
 
 
 @dataclass
-class Pool:
+class PilotSamples:
     """The samples of all pilot rounds: positions u (d, n), values (fields, n), and the maps that drew them."""
 
     u: Array
@@ -185,15 +183,15 @@ class AdaptiveEstimator:
         found = self.estimator(region)((n * self.sets - used) // self.sets)
         return replace(found, n=found.n + used)
 
-    def _round(self, warp: SeparableMap, n: int, pool: Pool | None) -> Pool:
+    def _round(self, warp: SeparableMap, n: int, pool: PilotSamples | None) -> PilotSamples:
         """The pool with n more samples, drawn through a map."""
         v = within(sample("halton", n, self.region.d, rng=self.rng).points.T)
         u, _ = warp(v)
         values = self.integrand(self.region)(u.T)
         if pool is None:
-            return Pool(u, values, [(warp, n)])
+            return PilotSamples(u, values, [(warp, n)])
         together = np.concatenate([pool.u, u], axis=1), np.concatenate([pool.values, values], axis=1)
-        return Pool(*together, [*pool.rounds, (warp, n)])
+        return PilotSamples(*together, [*pool.rounds, (warp, n)])
 
 
 def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region:
@@ -207,7 +205,7 @@ def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region:
     return parts[0].region
 
 
-def refined(warp: SeparableMap, pool: Pool) -> SeparableMap:
+def refined(warp: SeparableMap, pool: PilotSamples) -> SeparableMap:
     r"""A better map: along each axis the intervals get equal parts of the damped mass of \|f\|.
 
     Notes

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from .._support.arrays import Array
 from ..rules.fit import ROUNDING
-from ..rules.nested_fits import Moments, fits, predicted, terms_of
+from ..rules.nested_fits import NormalEquations, fits, predicted, terms_of
 from .estimates import Estimate, unresolved
 from .integrand import Integrand
 from .spread import across
@@ -81,7 +81,7 @@ class _Replicates:
         values = [self._values(x) for x in points]
         _, power = np.frexp(np.max([_largest(y) for y in values], axis=0))
         values = [np.ldexp(y, -power[:, None]) for y in values]
-        moments = [Moments.of(self.terms, x, y) for x, y in zip(points, values, strict=True)]
+        moments = [NormalEquations.of(self.terms, x, y) for x, y in zip(points, values, strict=True)]
         sums = []
         for r, engine in enumerate(engines):
             c = self._coefficients(moments, points, values, r)
@@ -95,7 +95,7 @@ class _Replicates:
     def _values(self, x: Array) -> Array:
         return self.integrand(np.asfortranarray(x))
 
-    def _coefficients(self, moments: list[Moments], points: list[Array], values: list[Array], r: int) -> Array:
+    def _coefficients(self, moments: list[NormalEquations], points: list[Array], values: list[Array], r: int) -> Array:
         """Those (terms, fields) of what replicate r corrects: for each component the candidate that the next judges."""
         q = (r + 1) % REPLICATES
         whole = sum(moments[1:], moments[0])

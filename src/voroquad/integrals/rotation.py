@@ -7,17 +7,15 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.special import ndtri
 
+from .._support.arrays import Array
 from ..designs.sampling import sample
 from .estimates import Estimate
 from .integrand import Integrand
 from .measures import ProductMeasure
 from .pieces import Part
 from .regions import Region, within
-
-Array = NDArray[np.float64]
 
 #: Fewest dimensions in which coordinates are turned; below, strata do without.
 FEWEST_DIMENSIONS = 5

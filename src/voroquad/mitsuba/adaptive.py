@@ -8,10 +8,11 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from .._support.arrays import Integers
 from .._support.checks import one_of
 from . import accumulation
 from .accumulation import Footprint, Pass, pixel_means, quotient
-from .allocation import KINDS, Counts, Sharing
+from .allocation import KINDS, Sharing
 from .blend import Floats
 from .owen_sobol import OwenSobol
 from .plain import Plain
@@ -40,7 +41,7 @@ class Pilot:
 
     seed: int
     spp: int
-    counts: Counts
+    counts: Integers
     means: Floats
     shown: Floats
 
@@ -169,7 +170,7 @@ class Adaptive(Plain):
         return sums / wanted[:, None]
 
     def _sums(
-        self, scene: mi.Scene, sensor: mi.Sensor, seed: int, pixels: Counts, start: int, number: int, spp: int
+        self, scene: mi.Scene, sensor: mi.Sensor, seed: int, pixels: Integers, start: int, number: int, spp: int
     ) -> Floats:
         """Sums over samples `start` to before `start + number` of pixels, some pixels at a time.
 
@@ -180,7 +181,7 @@ class Adaptive(Plain):
         return np.concatenate([self._means(scene, sensor, seed, part, start, number, spp) for part in parts]) * number
 
     def _means(
-        self, scene: mi.Scene, sensor: mi.Sensor, seed: int, pixels: Counts, start: int, number: int, spp: int
+        self, scene: mi.Scene, sensor: mi.Sensor, seed: int, pixels: Integers, start: int, number: int, spp: int
     ) -> Floats:
         """Means over those samples, in one wavefront."""
         film, footprint = sensor.film(), Footprint(sensor.film())

@@ -14,13 +14,11 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
+from .._support.arrays import Integers
 from .._support.checks import one_of
 from .blend import Floats, checkerboard
-
-Counts = NDArray[np.int64]
 
 #: What errors are compared by
 KINDS = ("absolute", "relative")
@@ -84,7 +82,7 @@ class Sharing:
         """Samples of a pixel at most, of so many on average."""
         return self.at_most or self.at_least << (SPREAD * spp // self.at_least).bit_length() - 1
 
-    def counts(self, mean: Floats, variance: Floats, spp: int) -> Counts:
+    def counts(self, mean: Floats, variance: Floats, spp: int) -> Integers:
         """Samples of each pixel.
 
         Parameters
@@ -121,7 +119,7 @@ class Sharing:
             number[chosen] = self._shared_out(noise[chosen], spp)
         return number
 
-    def _shared_out(self, noise: Floats, spp: int) -> Counts:
+    def _shared_out(self, noise: Floats, spp: int) -> Integers:
         """Samples (pixels,) of pixels with these variances of a sample, within the budget on average."""
         doublings = (self.most(spp) // self.at_least).bit_length() - 1
         levels = self.at_least * 2 ** np.arange(doublings)  # samples of a pixel before each doubling

@@ -28,7 +28,7 @@ SAMPLES_AT_ONCE = 4096
 
 
 @dataclass(frozen=True)
-class Family:
+class NestedTerms:
     """Candidates: the first `sizes` of the terms in `order`, ascending; 1, the constant, is one of them."""
 
     order: Indices
@@ -42,7 +42,7 @@ class Terms:
         by_degree, by_cross = _by_total_degree(d, most), _by_hyperbolic_cross(d, most)
         powers = {term: i for i, term in enumerate(dict.fromkeys((*by_degree[0], *by_cross[0])))}
         self.families = tuple(
-            Family(np.array([powers[term] for term in terms], dtype=np.intp), sizes)
+            NestedTerms(np.array([powers[term] for term in terms], dtype=np.intp), sizes)
             for terms, sizes in (by_degree, by_cross)
         )
         self.powers = np.array(list(powers), dtype=np.intp)
@@ -106,7 +106,7 @@ def terms_of(d: int, most: int) -> Terms:
 
 
 @dataclass(frozen=True)
-class Moments:
+class NormalEquations:
     """Σ φ φᵀ (terms, terms), its upper half, and Σ φ f (terms, fields) over n samples."""
 
     gram: Array
@@ -115,7 +115,7 @@ class Moments:
 
     @classmethod
     @one_blas_thread
-    def of(cls, terms: Terms, points: Array, values: Array) -> Moments:
+    def of(cls, terms: Terms, points: Array, values: Array) -> NormalEquations:
         """Those of values (fields, n) at points (n, d)."""
         gram = np.zeros((len(terms), len(terms)), order="F")
         product = np.zeros((len(terms), len(values)))
@@ -125,15 +125,15 @@ class Moments:
             product += phi @ values[:, i : i + SAMPLES_AT_ONCE].T
         return cls(gram, product, len(points))
 
-    def __add__(self, other: Moments) -> Moments:
-        return Moments(self.gram + other.gram, self.product + other.product, self.n + other.n)
+    def __add__(self, other: NormalEquations) -> NormalEquations:
+        return NormalEquations(self.gram + other.gram, self.product + other.product, self.n + other.n)
 
-    def __sub__(self, other: Moments) -> Moments:
-        return Moments(self.gram - other.gram, self.product - other.product, self.n - other.n)
+    def __sub__(self, other: NormalEquations) -> NormalEquations:
+        return NormalEquations(self.gram - other.gram, self.product - other.product, self.n - other.n)
 
 
 @one_blas_thread
-def fits(moments: Moments, terms: Terms) -> Array:
+def fits(moments: NormalEquations, terms: Terms) -> Array:
     """Coefficients (candidates, terms, fields) of least squares, family by family."""
     found = []
     for family in terms.families:

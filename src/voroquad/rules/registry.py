@@ -53,8 +53,8 @@ def weights(
         0: a sample stands for its Voronoi cell. p ≥ 1: polynomials of total degree p are integrated
         exactly; where a set has too few strata for p, the highest degree that it supports. "kriging":
         the best prediction of a random function, a polynomial of a degree that grows with n from 0 to 9 and
-        what deviates from it. "auto": what
-        :func:`voroquad.quad` takes.
+        what deviates from it. "auto":
+        a fixed choice by the design, the dimension and the number of samples.
     debias : {"none", "bias-function", "exchange", "leave-one-out", "cross-fit", "auto"}
         ``"none"``: the measures of the Voronoi cells; consistent, but biased near the border.
         ``"bias-function"``: the measures over the bias function G; unbiased, Σ w ≠ 1.
