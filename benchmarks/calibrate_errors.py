@@ -1,7 +1,7 @@
 """Calibrate the error bar of one estimate: what (Σ (|S_i| r_i)²)^½ must be multiplied by.
 
 Above four dimensions, where an estimate is four replicates: what the standard error of their mean must be multiplied
-by before Student's t of three degrees of freedom takes it. For the rules of :func:`voroquad.quad` that are fixed and several
+by before Student's t of three degrees of freedom takes it. For the fixed rules of :func:`voroquad.quad` and several
 sizes, draw many sets, integrate random members of the eight families, and find the least factor with which ±1.96
 standard errors cover the truth in 96 % of the cases on average over the families and in 91 % of each family but the
 jump along the axes: where the box that it bounds is smaller than a stratum, most sets miss it whole, and no factor

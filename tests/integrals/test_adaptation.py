@@ -86,6 +86,7 @@ def test_regions_components_and_sets_are_adapted_to():
     assert several.n_evaluations <= 3000
 
 
+@pytest.mark.slow
 @pytest.mark.statistical
 def test_unbiased_and_the_mean_of_all_rounds_is_not():
     """A narrow peak and few samples. Weighting rounds by the inverse of the variances they show is the control."""

@@ -257,7 +257,9 @@ def test_the_same_seed_gives_the_same_bits():
 
 
 @pytest.mark.statistical
-@pytest.mark.parametrize(("d", "n"), [(1, 20), (2, 20), (3, 20), (4, 20), (2, 3), (3, 7), (4, 15)])
+@pytest.mark.parametrize(
+    ("d", "n"), [(1, 20), *(pytest.param(d, 20, marks=pytest.mark.slow) for d in (2, 3, 4)), (2, 3), (3, 7), (4, 15)]
+)
 def test_unbiased_with_a_jump(d, n):
     f = next(i for i in instances(d, 1, 8) if i.name == "half-plane")
     r = vq.quad(lambda x: f(x) + x[0], np.zeros(d), np.ones(d), n_points=n, n_estimates=4000, rng=8)
