@@ -258,11 +258,16 @@ def test_the_same_seed_gives_the_same_bits():
 
 @pytest.mark.statistical
 @pytest.mark.parametrize(
-    ("d", "n"), [(1, 20), *(pytest.param(d, 20, marks=pytest.mark.slow) for d in (2, 3, 4)), (2, 3), (3, 7), (4, 15)]
+    ("d", "n", "order"),
+    [
+        *((d, n, "auto") for d, n in ((1, 20), (2, 3), (3, 7), (4, 15))),
+        *((d, 20, "kriging") for d in (2, 3, 4)),
+        *(pytest.param(d, 20, "auto", marks=pytest.mark.slow) for d in (2, 3, 4)),  # choose a model in each set
+    ],
 )
-def test_unbiased_with_a_jump(d, n):
+def test_unbiased_with_a_jump(d, n, order):
     f = next(i for i in instances(d, 1, 8) if i.name == "half-plane")
-    r = vq.quad(lambda x: f(x) + x[0], np.zeros(d), np.ones(d), n_points=n, n_estimates=4000, rng=8)
+    r = vq.quad(lambda x: f(x) + x[0], np.zeros(d), np.ones(d), n_points=n, n_estimates=4000, order=order, rng=8)
     assert abs(r.integral - f.integral - 0.5) < 5.5 * r.standard_error  # 0.1 standard deviations of one: 6.3
 
 

@@ -114,7 +114,6 @@ def repeated(repetitions: int) -> tuple[np.ndarray, np.ndarray]:
     return found, np.array([m.integral for m in members])
 
 
-@pytest.mark.slow
 @pytest.mark.statistical
 def test_unbiased():
     # 12 degrees of freedom: exceeded once in 10^6
