@@ -18,8 +18,9 @@ PUBLIC_NAMES = """
 BiasLattice Bounds BoundsOf Box CellWorkspace ConvexDomain ConvexDomainOf Domain LeaveOneOut Neighbours NoPause
 PilotRule Point PointView Polygons Polyhedra Resolution StrataBlocks StratifiedDesign UniformDesign Wall bias_function
 boundary_control_of_sets cell_centroids cell_measures cell_measures_in cell_measures_in_ball cell_measures_in_cylinder
-cell_measures_of_sets cell_neighbours cell_polygons cell_polyhedra cell_radii default_thread_count for_each_cell
-for_each_cell_in leave_one_out nearest_points parallel_for
+cell_measures_of_sets cell_neighbours cell_polygons cell_polyhedra cell_radii default_thread_count
+exchange_weights_stratified exchange_weights_uniform for_each_cell for_each_cell_in leave_one_out nearest_points
+parallel_for
 """
 
 
@@ -49,6 +50,18 @@ def test_each_public_header_stands_alone(compiler: str, header: Path, tmp_path: 
     source = tmp_path / "alone.cpp"
     source.write_text(f"#include <voroquad/{header.name}>\n#include <voroquad/{header.name}>\n")
     compile_only(compiler, source, *WARNINGS)
+
+
+@pytest.mark.parametrize("option", ["-fno-exceptions", "-DVOROQUAD_NO_THREADS"])
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_headers_without_exceptions_or_threads_need_no_threads(compiler: str, option: str, tmp_path: Path) -> None:
+    source = tmp_path / "serial.cpp"
+    source.write_text("".join(f"#include <voroquad/{header.name}>\n" for header in HEADERS))
+    opened = compile_only(compiler, source, option, "-M")
+    assert "parallel.hpp" in opened
+    assert "crew.hpp" not in opened
+    assert "crew.hpp" in compile_only(compiler, source, "-M")
+    compile_only(compiler, source, *WARNINGS, option)
 
 
 def test_public_names_are_those_of_the_list(tmp_path: Path) -> None:

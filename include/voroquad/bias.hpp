@@ -45,6 +45,17 @@ public:
     std::span<const double> planes(std::size_t) const { return sides_; }
     void enter(const Point<D> &) {}
 
+    // G itself, on a line: [ (n − n x − x) x^(n−1) + (n x + x − 1) (1 − x)^(n−1) + 2 ] / 2, with
+    // powers that are exact at the ends (log 0 = −∞) and accurate for any n.
+    double bias_at(double x) const
+        requires(D == 1)
+    {
+        if (n_ == 1.0) return 1.0;
+        const double below = std::exp((n_ - 1.0) * std::log(x));
+        const double above = std::exp((n_ - 1.0) * std::log1p(-x));
+        return ((n_ * (1.0 - x) - x) * below + (n_ * x - (1.0 - x)) * above + 2.0) / 2.0;
+    }
+
     double empty(const Point<D> &y, double r) const {
         const double inside = detail::ball_in_unit_box<D>(y, r);
         return inside >= 1.0 ? 0.0 : std::exp((n_ - 1.0) * std::log(1.0 - inside));
@@ -105,6 +116,17 @@ public:
     std::span<const double> planes(std::size_t axis) const { return near_[axis]; }
     double reach() const { return reach_; }
     double end_of_ray(const Point<D> &, const Point<D> &, double) const { return 1.0; }
+
+    // G itself, on a line. The first sample's weight is (x_1 + x_2)/2, whose mean for x_1 = x is
+    // (x + 3/(2n))/2; an inner one's is (x_{i+1} − x_{i−1})/2, of mean 1/n whatever x_i.
+    double bias_at(double x) const
+        requires(D == 1)
+    {
+        const double n = samples_;
+        if (n == 1.0) return 1.0;
+        if (n * x < 1.0) return (n * x + 1.5) / 2.0;
+        return n * x >= n - 1.0 ? (n * (1.0 - x) + 1.5) / 2.0 : 1.0;
+    }
     // The ball is inside the stratum that is left out: P = 1.
     double untouched(double t, double) const { return detail::power<D>(t) / D; }
 
@@ -159,27 +181,35 @@ struct Resolution {
     std::size_t across, along;
 };
 
-// G at `count` points, in parallel: values[i] is that of x[i * D] … x[i * D + D − 1].
+// G at `count` points, in parallel: values[i] is that of x[i * D] … x[i * D + D − 1]. On a line it
+// is known in closed form, and the resolution has no meaning.
 //
-// Contract: D is 2 or 3; points are finite and in the unit box; values has room for `count`
+// Contract: D is 1, 2 or 3; points are finite and in the unit box; values has room for `count`
 // numbers; resolution.across and resolution.along are at least 3; threads ≥ 1.
 template <std::size_t D, class Design, class Pause = NoPause>
 void bias_function(const Design &design, const double *x, std::size_t count, double *values,
                    unsigned threads, const Resolution &resolution, Pause &&pause = {}) {
-    static_assert(D == 2 || D == 3);
+    static_assert(1 <= D && D <= 3);
     detail::check_points<D>({x, count}, Domain::box);
-    VOROQUAD_CHECK(resolution.across >= 3 && resolution.along >= 3,
-                   "bias_function: a resolution must be at least 3");
     VOROQUAD_CHECK(threads >= 1, "bias_function: threads must be at least 1");
-    const auto evaluate = [&](std::size_t begin, std::size_t end, unsigned) {
-        detail::BiasIntegral<D, Design> integral(design, resolution.across, resolution.along);
-        for (std::size_t i = begin; i < end; ++i) {
-            Point<D> point;
-            std::copy_n(x + i * D, D, point.begin());
-            values[i] = integral(point);
-        }
-    };
-    parallel_for(count, 4, threads, evaluate, pause);
+    if constexpr (D == 1) {
+        const auto evaluate = [&](std::size_t begin, std::size_t end, unsigned) {
+            for (std::size_t i = begin; i < end; ++i) values[i] = design.bias_at(x[i]);
+        };
+        return parallel_for(count, 4096, threads, evaluate, pause);
+    } else {
+        VOROQUAD_CHECK(resolution.across >= 3 && resolution.along >= 3,
+                       "bias_function: a resolution must be at least 3");
+        const auto evaluate = [&](std::size_t begin, std::size_t end, unsigned) {
+            detail::BiasIntegral<D, Design> integral(design, resolution.across, resolution.along);
+            for (std::size_t i = begin; i < end; ++i) {
+                Point<D> point;
+                std::copy_n(x + i * D, D, point.begin());
+                values[i] = integral(point);
+            }
+        };
+        parallel_for(count, 4, threads, evaluate, pause);
+    }
 }
 
 } // namespace VOROQUAD

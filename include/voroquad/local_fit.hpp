@@ -22,6 +22,7 @@
 #include <vector>
 
 #include <voroquad/detail/check.hpp>
+#include <voroquad/detail/fail.hpp>
 #include <voroquad/detail/fits/block_fits.hpp>
 #include <voroquad/detail/fits/least_squares.hpp>
 #include <voroquad/detail/instruction_set.hpp>
@@ -51,10 +52,10 @@ inline void check_points_of_strata([[maybe_unused]] const double *points,
             const double stratum = double(i % n / blocks.stride(a) % blocks.strata(a));
             const double x = points[i * d + a], rounding = 1e-15;
             if (x >= stratum / k - rounding && x <= (stratum + 1.0) / k + rounding) continue;
-            throw std::invalid_argument("voroquad: coordinate " + std::to_string(a) + " of point " +
-                                        std::to_string(i) + " is " + text_of(x) +
-                                        "; its stratum goes from " + text_of(stratum / k) + " to " +
-                                        text_of((stratum + 1.0) / k));
+            VOROQUAD_FAIL(std::invalid_argument(
+                "voroquad: coordinate " + std::to_string(a) + " of point " + std::to_string(i) +
+                " is " + text_of(x) + "; its stratum goes from " + text_of(stratum / k) + " to " +
+                text_of((stratum + 1.0) / k)));
         }
 #endif
 }

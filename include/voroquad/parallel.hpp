@@ -1,17 +1,18 @@
 // voroquad/parallel.hpp: one loop over independent work on a few threads.
+//
+// With VOROQUAD_NO_THREADS defined, or without exceptions (-fno-exceptions), all loops run on the
+// calling thread and no header of threads is included: for targets such as WebAssembly.
 #pragma once
 
 #include <algorithm>
-#include <atomic>
 #include <cstddef>
 #include <cstdlib>
-#include <exception>
-#include <mutex>
-#include <system_error>
-#include <thread>
-#include <vector>
 
 #include <voroquad/detail/instruction_set.hpp>
+
+#if VOROQUAD_THREADS
+#include <voroquad/detail/crew.hpp>
+#endif
 
 namespace VOROQUAD {
 
@@ -23,7 +24,11 @@ inline unsigned default_thread_count() {
     if (const char *text = std::getenv("VOROQUAD_NUM_THREADS"))
         if (const long wanted = std::strtol(text, nullptr, 10); wanted > 0)
             return static_cast<unsigned>(std::min(wanted, 1024L));
-    return std::max(1u, std::thread::hardware_concurrency());
+#if VOROQUAD_THREADS
+    return detail::processors();
+#else
+    return 1;
+#endif
 }
 
 // Nothing to do between chunks.
@@ -43,42 +48,18 @@ template <class Body, class Pause = NoPause>
 void parallel_for(std::size_t n, std::size_t grain, unsigned threads, Body &&body,
                   Pause &&pause = {}) {
     grain = std::max<std::size_t>(grain, 1);
+#if VOROQUAD_THREADS
     const std::size_t chunks = (n + grain - 1) / grain;
     const auto workers = static_cast<unsigned>(
         std::min<std::size_t>(std::max(1u, threads), std::max<std::size_t>(chunks, 1)));
-    if (workers == 1) {
-        for (std::size_t begin = 0; begin < n; begin += grain) {
-            pause();
-            body(begin, std::min(begin + grain, n), 0u);
-        }
-        return;
+    if (workers > 1) return detail::run_crew(n, grain, workers, body, pause);
+#else
+    static_cast<void>(threads);
+#endif
+    for (std::size_t begin = 0; begin < n; begin += grain) {
+        pause();
+        body(begin, std::min(begin + grain, n), 0u);
     }
-
-    std::atomic<std::size_t> next{0};
-    std::exception_ptr error;
-    std::mutex error_guard;
-    auto work = [&](unsigned worker) {
-        try {
-            for (std::size_t begin; (begin = next.fetch_add(grain)) < n;) {
-                if (worker == 0) pause();
-                body(begin, std::min(begin + grain, n), worker);
-            }
-        } catch (...) {
-            const std::scoped_lock lock(error_guard);
-            if (!error) error = std::current_exception();
-            next = n;
-        }
-    };
-    {
-        std::vector<std::jthread> crew;
-        crew.reserve(workers - 1);
-        try {
-            for (unsigned worker = 1; worker < workers; ++worker) crew.emplace_back(work, worker);
-        } catch (const std::system_error &) { // no more threads to be had: those there are will do
-        }
-        work(0);
-    }
-    if (error) std::rethrow_exception(error);
 }
 
 } // namespace VOROQUAD

@@ -22,6 +22,7 @@
 #include <vector>
 
 #include <voroquad/detail/check.hpp>
+#include <voroquad/detail/fail.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/pilot/allocation.hpp>
 #include <voroquad/detail/pilot/indicator.hpp>
@@ -80,7 +81,8 @@ public:
     // more.
     template <class Pause = NoPause>
     void plan(std::size_t samples, unsigned threads, Pause &&pause = {}) {
-        if (samples < cells_) throw std::invalid_argument("samples must be at least one per cell");
+        if (samples < cells_)
+            VOROQUAD_FAIL(std::invalid_argument("samples must be at least one per cell"));
         pick_.resize(fields_ * cells_);
         demand_.resize(cells_);
         std::vector<double> scale(fields_, 1.0);

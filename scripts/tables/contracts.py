@@ -21,6 +21,7 @@ ORDER = (
     "neighbours",
     "locate",
     "bias",
+    "exchange",
     "boundary_control",
     "local_fit",
     "strata",

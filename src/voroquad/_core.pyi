@@ -91,6 +91,18 @@ def bias_stratified(
     resolution: Sequence[int],
     threads: int,
 ) -> NDArray[numpy.float64]: ...
+def exchange_uniform(
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    threads: int,
+) -> NDArray[numpy.float64]: ...
+def exchange_stratified(
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    threads: int,
+) -> NDArray[numpy.float64]: ...
 def boundary_control(
     points: Annotated[
         NDArray[numpy.float64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}

@@ -13,13 +13,14 @@
 #include <stdexcept>
 #include <string>
 
+#include <voroquad/detail/fail.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/domain.hpp>
 #include <voroquad/points.hpp>
 
 #if VOROQUAD_CHECKED
 #define VOROQUAD_CHECK(holds, message)                                                             \
-    ((holds) ? static_cast<void>(0) : throw std::invalid_argument("voroquad: " message))
+    ((holds) ? static_cast<void>(0) : VOROQUAD_FAIL(std::invalid_argument("voroquad: " message)))
 #else
 #define VOROQUAD_CHECK(holds, message) static_cast<void>(0)
 #endif
@@ -42,9 +43,9 @@ void check_domain([[maybe_unused]] const Bounds<D> &domain) {
     for (std::size_t a = 0; a < D; ++a) {
         const double lo = domain.box.lo[a], hi = domain.box.hi[a];
         if (lo < hi && std::max(std::abs(lo), std::abs(hi)) <= largest_coordinate) continue;
-        throw std::invalid_argument("voroquad: the domain's axis " + std::to_string(a) +
-                                    " goes from " + text_of(lo) + " to " + text_of(hi) +
-                                    "; lo < hi and at most 1000 in absolute value are needed");
+        VOROQUAD_FAIL(std::invalid_argument(
+            "voroquad: the domain's axis " + std::to_string(a) + " goes from " + text_of(lo) +
+            " to " + text_of(hi) + "; lo < hi and at most 1000 in absolute value are needed"));
     }
 #endif
 }
@@ -59,10 +60,10 @@ void check_points([[maybe_unused]] const PointView<D> &points,
         for (std::size_t a = 0; a < D; ++a) {
             const double x = points[i][a], lo = domain.box.lo[a], hi = domain.box.hi[a];
             if (x >= lo && (x < hi || (x == hi && !domain.periodic[a]))) continue;
-            throw std::invalid_argument("voroquad: coordinate " + std::to_string(a) + " of point " +
-                                        std::to_string(i) + " is " + text_of(x) +
-                                        "; it must be in [" + text_of(lo) + ", " + text_of(hi) +
-                                        (domain.periodic[a] ? ")" : "]"));
+            VOROQUAD_FAIL(std::invalid_argument(
+                "voroquad: coordinate " + std::to_string(a) + " of point " + std::to_string(i) +
+                " is " + text_of(x) + "; it must be in [" + text_of(lo) + ", " + text_of(hi) +
+                (domain.periodic[a] ? ")" : "]")));
         }
 #endif
 }
@@ -86,8 +87,9 @@ void check_points_within([[maybe_unused]] const PointView<D> &points,
                 terms += std::abs(wall.normal[a] * points[i][a]);
             }
             if (along - wall.offset <= rounding * terms) continue;
-            throw std::invalid_argument("voroquad: point " + std::to_string(i) +
-                                        " is beyond a wall by " + text_of(along - wall.offset));
+            VOROQUAD_FAIL(std::invalid_argument("voroquad: point " + std::to_string(i) +
+                                                " is beyond a wall by " +
+                                                text_of(along - wall.offset)));
         }
     }
 #endif

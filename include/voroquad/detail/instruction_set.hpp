@@ -145,6 +145,19 @@
 #define VOROQUAD_CHECKED 1
 #endif
 
+// Whether errors are exceptions or end the program (fail.hpp), and whether loops may run on several
+// threads (parallel.hpp), which hand exceptions on.
+#ifdef __cpp_exceptions
+#define VOROQUAD_EXCEPTIONS 1
+#else
+#define VOROQUAD_EXCEPTIONS 0
+#endif
+#if VOROQUAD_EXCEPTIONS && !defined(VOROQUAD_NO_THREADS)
+#define VOROQUAD_THREADS 1
+#else
+#define VOROQUAD_THREADS 0
+#endif
+
 #define VOROQUAD_JOIN3(a, b, c) a##b##c
 #define VOROQUAD_JOIN5(a, b, c, d, e) a##b##c##d##e
 #define VOROQUAD_JOIN8(a, b, c, d, e, f, g, h) a##b##c##d##e##f##g##h
@@ -166,14 +179,15 @@
 #define VOROQUAD_ARM_FEATURES                                                                      \
     VOROQUAD_EXPAND3(VOROQUAD_ARM_FEATURE_SVE, VOROQUAD_ARM_FEATURE_SVE2,                          \
                      VOROQUAD_ARM_FEATURE_DOTPROD)
-// Such as target_11111_11111111_00000_..._0: a digit for each feature above, in that order
-#define VOROQUAD_NAME(sse, avx, avx512, newer, arm, checked)                                       \
-    target_##sse##_##avx##_##avx512##_##newer##_##arm##_##checked
-#define VOROQUAD_EXPAND_NAME(sse, avx, avx512, newer, arm, checked)                                \
-    VOROQUAD_NAME(sse, avx, avx512, newer, arm, checked)
+#define VOROQUAD_MODES VOROQUAD_EXPAND3(VOROQUAD_CHECKED, VOROQUAD_THREADS, VOROQUAD_EXCEPTIONS)
+// Such as target_11111_11111111_00000_..._011: a digit for each feature above, in that order
+#define VOROQUAD_NAME(sse, avx, avx512, newer, arm, modes)                                         \
+    target_##sse##_##avx##_##avx512##_##newer##_##arm##_##modes
+#define VOROQUAD_EXPAND_NAME(sse, avx, avx512, newer, arm, modes)                                  \
+    VOROQUAD_NAME(sse, avx, avx512, newer, arm, modes)
 #define VOROQUAD_TARGET                                                                            \
     VOROQUAD_EXPAND_NAME(VOROQUAD_SSE_FEATURES, VOROQUAD_AVX_FEATURES, VOROQUAD_AVX512_FEATURES,   \
-                         VOROQUAD_NEW_FEATURES, VOROQUAD_ARM_FEATURES, VOROQUAD_CHECKED)
+                         VOROQUAD_NEW_FEATURES, VOROQUAD_ARM_FEATURES, VOROQUAD_MODES)
 
 // Opens namespace voroquad: `namespace VOROQUAD { … }`
 #define VOROQUAD voroquad::inline VOROQUAD_TARGET

@@ -11,6 +11,7 @@
 #include <sys/mman.h>
 #endif
 
+#include <voroquad/detail/fail.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 
 namespace VOROQUAD::detail {
@@ -26,7 +27,7 @@ struct LargePages {
 
     T *allocate(std::size_t n) {
         if (n > std::numeric_limits<std::ptrdiff_t>::max() / sizeof(T) - page)
-            throw std::bad_array_new_length();
+            VOROQUAD_FAIL(std::bad_array_new_length());
         const std::size_t bytes = size(n);
         void *p = ::operator new(bytes, alignment(bytes));
 #if defined(__linux__) && defined(MADV_HUGEPAGE)

@@ -14,6 +14,8 @@ from . import bias_tables
 BIAS_DESIGNS = tuple(name for name, design in DESIGNS.items() if design.independent)
 #: Largest number of points at which G is integrated one by one. For more, a table is cheaper.
 FEW = 64
+#: A resolution of the quadrature, where there is none: on a line G is known in closed form.
+ON_A_LINE = (3, 3)
 
 
 def bias_function(x: ArrayLike, n: int, design: str = "uniform") -> NDArray[np.float64]:
@@ -90,26 +92,4 @@ def bias_at(points: NDArray[np.float64], n: int, strata: tuple[int, ...] | None)
         return np.ones(points.shape[:-1])
     if d > 1:
         return bias_tables.table(n, d, strata)(points)
-    return uniform_interval(points[..., 0], n) if strata is None else stratified_interval(points[..., 0], n)
-
-
-def uniform_interval(x: NDArray[np.float64], n: int) -> NDArray[np.float64]:
-    """G of n independent uniform samples of [0, 1], elementwise.
-
-    The powers are taken as exp((n−1) log): exact at the ends (log 0 = −∞ gives the power 0) and
-    accurate to a few units in the last place of 1 for any n.
-    """
-    with np.errstate(divide="ignore"):
-        below = np.exp((n - 1) * np.log(x))  # x^(n−1)
-        above = np.exp((n - 1) * np.log1p(-x))  # (1 − x)^(n−1)
-    return ((n * (1 - x) - x) * below + (n * x - (1 - x)) * above + 2) / 2
-
-
-def stratified_interval(x: NDArray[np.float64], n: int) -> NDArray[np.float64]:
-    """G of one sample in each [(i−1)/n, i/n), elementwise.
-
-    The first sample's weight is (x_1 + x_2)/2, whose mean for x_1 = x is (x + 3/(2n))/2; an inner
-    one's is (x_{i+1} − x_{i−1})/2, of mean 1/n whatever x_i.
-    """
-    first, last = n * x < 1, n * x >= n - 1
-    return np.where(first, (n * x + 1.5) / 2, np.where(last, (n * (1 - x) + 1.5) / 2, 1.0))
+    return bias_tables.integrate(points.reshape(-1, 1), n, strata, ON_A_LINE).reshape(points.shape[:-1])

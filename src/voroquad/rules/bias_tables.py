@@ -220,8 +220,12 @@ def directly(x: Array, n: int, strata: tuple[int, ...] | None) -> Array:
 
 
 def integrate(x: Array, n: int, strata: tuple[int, ...] | None, resolution: tuple[int, int]) -> Array:
-    """G at points (m, d) by quadrature with at most `resolution` nodes across and along a panel."""
+    """G at points (m, d) by quadrature with at most `resolution` nodes across and along a panel.
+
+    On a line, d = 1, G is known in closed form and the resolution has no meaning.
+    """
     threads = thread_count(None)
+    x = np.ascontiguousarray(x)
     if strata is None:
         return _core.bias_uniform(x, n, resolution, threads)
     return _core.bias_stratified(x, strata, resolution, threads)

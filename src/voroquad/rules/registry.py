@@ -6,6 +6,7 @@ import math
 import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -324,11 +325,11 @@ def _boundary_control(samples: SampleSet, method: Method, threads: int, values: 
 
 
 def _exchange_uniform(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
-    return Fit(exchange.exchange_uniform(samples.batch))
+    return Fit(exchange.exchange_uniform(samples.batch, threads))
 
 
 def _exchange_stratified(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
-    return Fit(_in_strata_order(samples, exchange.exchange_stratified))
+    return Fit(_in_strata_order(samples, partial(exchange.exchange_stratified, threads=threads)))
 
 
 def _krige_independent(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:

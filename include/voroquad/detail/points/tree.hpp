@@ -22,6 +22,7 @@
 #include <utility>
 #include <vector>
 
+#include <voroquad/detail/fail.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/memory.hpp>
 #include <voroquad/detail/points/hilbert.hpp>
@@ -41,7 +42,7 @@ public:
     void build(const PointView<D> &points) {
         const std::size_t n = points.size();
         if (n >= std::numeric_limits<std::uint32_t>::max())
-            throw std::length_error("a set of 2^32 points or more");
+            VOROQUAD_FAIL(std::length_error("a set of 2^32 points or more"));
         Box<D> all = Box<D>::empty();
         for (std::size_t i = 0; i < n; ++i) all.include(points[i]);
 
