@@ -11,6 +11,7 @@ import pytest
 
 INCLUDE = Path(__file__).parents[1] / "include"
 HEADERS = sorted((INCLUDE / "voroquad").glob("*.hpp"))
+DEPRECATED = [header for header in HEADERS if header.read_text().startswith("// Deprecated")]
 WARNINGS = ["-Wall", "-Wextra", "-Wpedantic", "-Wconversion", "-Wsign-conversion", "-Wshadow", "-Werror"]
 
 # A name that is added here is one that users may write: it stays.
@@ -22,6 +23,9 @@ cell_measures_of_sets cell_neighbours cell_polygons cell_polyhedra cell_radii de
 exchange_weights_stratified exchange_weights_uniform for_each_cell for_each_cell_in leave_one_out nearest_points
 parallel_for
 """
+
+# Names that only deprecated headers give.
+DEPRECATED_NAMES = "ConvexPolygon ConvexPolyhedron NearestFits NearestSamples RankedPoints cell_lengths control_weights"
 
 
 def compile_only(compiler: str, source: Path, *options: str) -> str:
@@ -66,8 +70,17 @@ def test_headers_without_exceptions_or_threads_need_no_threads(compiler: str, op
 
 def test_public_names_are_those_of_the_list(tmp_path: Path) -> None:
     source = tmp_path / "all.cpp"
-    source.write_text("".join(f"#include <voroquad/{header.name}>\n" for header in HEADERS))
+    headers = [header for header in HEADERS if header not in DEPRECATED]
+    source.write_text("".join(f"#include <voroquad/{header.name}>\n" for header in headers))
     assert list_names(source) == set(PUBLIC_NAMES.split())
+
+
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_deprecated_headers_give_the_names_of_version_0_1(compiler: str, tmp_path: Path) -> None:
+    source = tmp_path / "deprecated.cpp"
+    includes = "".join(f"#include <voroquad/{header.name}>\n" for header in DEPRECATED)
+    source.write_text(includes + "".join(f"using voroquad::{name};\n" for name in DEPRECATED_NAMES.split()))
+    compile_only(compiler, source, *WARNINGS)
 
 
 def test_a_new_public_name_is_noticed(tmp_path: Path) -> None:

@@ -41,6 +41,17 @@ def aliases(parsed: dict[str, ast.Module]) -> dict[str, list[str]]:
     return homes
 
 
+def spelt_out(parsed: dict[str, ast.Module]) -> dict[str, set[str]]:
+    """By file the types of arrays that it spells out though `_support/arrays.py` has a name for them."""
+    named = {text for text, paths in aliases(parsed).items() if "_support/arrays.py" in paths}
+    found = {
+        path: {ast.unparse(node) for node in ast.walk(module) if isinstance(node, ast.Subscript)} & named
+        for path, module in parsed.items()
+        if path != "_support/arrays.py"
+    }
+    return {path: texts - {"NDArray[Any]"} for path, texts in found.items() if texts - {"NDArray[Any]"}}
+
+
 def test_no_two_classes_have_one_name():
     assert doubles(modules()) == {}
 
@@ -50,8 +61,17 @@ def test_types_of_arrays_have_one_home():
     assert shared == {}
 
 
+def test_named_types_of_arrays_are_not_spelt_out():
+    assert spelt_out(modules()) == {}
+
+
 def test_doubles_are_found():
     text = {"a.py": "class A: pass\nX = NDArray[np.float64]", "b/c.py": "class A: pass\nY = NDArray[np.float64]"}
     parsed = {path: ast.parse(source) for path, source in text.items()}
     assert doubles(parsed) == {"A": ["a.py", "b/c.py"]}
     assert aliases(parsed) == {"NDArray[np.float64]": ["a.py", "b/c.py"]}
+
+
+def test_types_that_are_spelt_out_are_found():
+    text = {"_support/arrays.py": "Array = NDArray[np.float64]", "a.py": "def f(x: NDArray[np.float64]): pass"}
+    assert spelt_out({path: ast.parse(source) for path, source in text.items()}) == {"a.py": {"NDArray[np.float64]"}}

@@ -71,7 +71,10 @@ ADAPTIVE = {
 }  # fmt: skip
 SAMPLER = {"sample_count": 4, "width": 2, "height": 2, "order": "none", "generators": "sz", "seed": 1}
 
-HEADERS = "ball bias boundary_control cells centroid domain faces local_fit locate neighbours parallel points strata"
+HEADERS = """
+bias boundary_control cells domain local_fit locate neighbours parallel points strata
+ball centroid cylinder faces interval nearest_fit polygon polyhedron
+"""
 
 
 def resolve(name: str) -> object:

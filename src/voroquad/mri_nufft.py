@@ -14,8 +14,9 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from ._support.arrays import Array
 from ._support.checks import real_numbers
 from ._support.extras import install_hint
 from .geometry.density_compensation import density_compensation
@@ -32,7 +33,7 @@ ROUNDING = 2e-4  # relative, of what mri-nufft itself takes for positions within
 
 def voronoi_weights(
     samples: ArrayLike, shape: tuple[int, ...] | None = None, *, units: str | None = None, **options: Any
-) -> NDArray[np.float64]:
+) -> Array:
     """Weights (n,) of samples (shots, samples, d) or (n, d), for mri-nufft.
 
     Parameters

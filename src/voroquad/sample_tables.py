@@ -10,8 +10,8 @@ from pathlib import Path
 from typing import IO, Any
 
 import numpy as np
-from numpy.typing import NDArray
 
+from ._support.arrays import Array
 from ._support.cache import cache_directory, is_own
 from ._support.checks import positive_int, thread_count
 from ._support.files import is_stream
@@ -53,8 +53,8 @@ class SampleTable:
     ((256, 64, 2), (256, 64))
     """
 
-    points: NDArray[np.float64]
-    weights: NDArray[np.float64]
+    points: Array
+    weights: Array
     design: str = "unknown"
     order: int | str = 0
     debias: str = "none"

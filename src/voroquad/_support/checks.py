@@ -7,7 +7,9 @@ from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from .arrays import Array
 
 
 def positive_int(name: str, value: Any) -> int:
@@ -64,9 +66,7 @@ def _is_masked(values: Any) -> bool:
     return np.ma.is_masked(values)
 
 
-def real_numbers(
-    name: str, values: Any, of_complex: str = "give their two parts as two coordinates"
-) -> NDArray[np.float64]:
+def real_numbers(name: str, values: Any, of_complex: str = "give their two parts as two coordinates") -> Array:
     """Return `values` as a float64 array: the check that arrays from outside go through.
 
     Raises ValueError for masked values, complex numbers, texts, dates and other objects.
@@ -83,7 +83,7 @@ def real_numbers(
     return numbers
 
 
-def point_array(points: ArrayLike, *, name: str = "points") -> NDArray[np.float64]:
+def point_array(points: ArrayLike, *, name: str = "points") -> Array:
     """Return `points` as a float64 array, of any strides, (n, d) or (sets, n, d).
 
     One-dimensional input is read as (n, 1).
@@ -113,7 +113,7 @@ def refuse_transposed(points: ArrayLike, *, name: str = "points") -> None:
         )
 
 
-def extent(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def extent(points: Array) -> tuple[Array, Array]:
     """The least and the greatest coordinate (d,) of points (..., d); NaN where there is one."""
     axes = [points[..., a] for a in range(points.shape[-1])]  # faster than over an axis that is not the last
     return np.array([x.min() for x in axes]), np.array([x.max() for x in axes])
@@ -121,7 +121,7 @@ def extent(points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np
 
 def refuse_outside(
     name: str,
-    points: NDArray[np.float64],
+    points: Array,
     low: ArrayLike,
     high: ArrayLike,
     remedy: str,
@@ -149,7 +149,7 @@ def unit_points(
     closed: bool = False,
     name: str = "points",
     remedy: str = "scale the points to the unit box or drop it",
-) -> NDArray[np.float64]:
+) -> Array:
     """Return `points` as a float64 array, of any strides, (n, d) or (sets, n, d) inside [0, 1)^d.
 
     One-dimensional input is read as (n, 1). With `closed`, 1 is allowed too. The error for a point outside ends with

@@ -16,6 +16,7 @@ from typing import IO, Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .arrays import Array
 from .files import atomic_path
 
 _ALIGNMENT = 64
@@ -32,7 +33,7 @@ def write_npz(path: str | os.PathLike[str], members: Mapping[str, ArrayLike]) ->
             _write_aligned(archive, name + ".npy", np.asarray(array, order="C"))
 
 
-def map_npz(file: IO[bytes], names: Iterable[str]) -> dict[str, NDArray[np.float64]]:
+def map_npz(file: IO[bytes], names: Iterable[str]) -> dict[str, Array]:
     """Map float64 arrays of an open file that :func:`write_npz` wrote, after their checksums are compared.
 
     Raises ValueError, or what zipfile and NumPy raise, where the file is damaged.
@@ -55,7 +56,7 @@ def _write_aligned(archive: zipfile.ZipFile, name: str, array: NDArray[Any]) -> 
         np.lib.format.write_array(file, array, allow_pickle=False)
 
 
-def _map(archive: zipfile.ZipFile, file: IO[bytes], name: str) -> NDArray[np.float64]:
+def _map(archive: zipfile.ZipFile, file: IO[bytes], name: str) -> Array:
     """Map a stored member's array into memory; ValueError where its bytes are not those that were written."""
     member = archive.getinfo(name)
     if member.compress_type != zipfile.ZIP_STORED:

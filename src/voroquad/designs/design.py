@@ -8,13 +8,13 @@ from dataclasses import dataclass
 from typing import TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from . import multi_jittered, orthogonal, sequences
 from .grids import corners, grid_shape, inside, largest_grid
 
 #: Draws points (sets, n, d) of independent sets from (sets, n, d, rng).
-Draw: TypeAlias = Callable[[int, int, int, np.random.Generator], NDArray[np.float64]]
+Draw: TypeAlias = Callable[[int, int, int, np.random.Generator], Array]
 #: The largest number of points, at most n, that a set can have in d dimensions, from (n, d).
 LargestSize: TypeAlias = Callable[[int, int], int]
 
@@ -76,18 +76,18 @@ class Design:
         return self.gridded and self.randomised
 
 
-def _uniform(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def _uniform(sets: int, n: int, d: int, rng: np.random.Generator) -> Array:
     return rng.random((sets, n, d))
 
 
-def _stratified(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def _stratified(sets: int, n: int, d: int, rng: np.random.Generator) -> Array:
     strata = grid_shape(n, d)
     lower = corners(strata)
-    points: NDArray[np.float64] = (lower + rng.random((sets, n, d))) / strata
+    points: Array = (lower + rng.random((sets, n, d))) / strata
     return inside(points, lower, strata)
 
 
-def _regular(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def _regular(sets: int, n: int, d: int, rng: np.random.Generator) -> Array:
     strata = grid_shape(n, d)
     return np.broadcast_to((corners(strata) + 0.5) / strata, (sets, n, d)).copy()
 

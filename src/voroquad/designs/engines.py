@@ -6,7 +6,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
-from numpy.typing import NDArray
+
+from .._support.arrays import Array
 
 if TYPE_CHECKING:
     from scipy.stats import qmc
@@ -16,7 +17,7 @@ EngineFactory: TypeAlias = "Callable[..., qmc.QMCEngine]"
 BELOW_ONE = np.nextafter(1.0, 0.0)
 
 
-def engine_points(engine: qmc.QMCEngine, n: int) -> NDArray[np.float64]:
+def engine_points(engine: qmc.QMCEngine, n: int) -> Array:
     """The next n points of a SciPy engine, below 1 (scrambled engines may round up to it)."""
     drawn = [engine.random(count) for count in _draws(engine, n)]
     points = np.minimum(np.concatenate(drawn), BELOW_ONE)
@@ -60,7 +61,7 @@ def design_name(engine: qmc.QMCEngine) -> str:
     return name
 
 
-def on_a_lattice(points: NDArray[np.float64]) -> bool:
+def on_a_lattice(points: Array) -> bool:
     """Whether the points of sets (sets, n, d) lie at the same coordinates in two sets, so that none is uniform."""
     first, second = points[0], points[1]
     return any(np.isin(x, y).mean() > 0.5 for x, y in zip(first.T, second.T, strict=True))

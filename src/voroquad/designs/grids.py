@@ -7,7 +7,8 @@ import math
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
+
+from .._support.arrays import Array, Indices
 
 
 def grid_shape(n: int, d: int) -> tuple[int, ...]:
@@ -70,19 +71,19 @@ def largest_grid(n: int, d: int) -> tuple[int, ...]:
     return grid_shape(math.prod(best), d)
 
 
-def stratum_index(points: NDArray[np.float64], strata: tuple[int, ...]) -> NDArray[np.intp]:
+def stratum_index(points: Array, strata: tuple[int, ...]) -> Indices:
     """The C-order index (..., n) of the stratum each point (..., n, d) lies in."""
     k = np.asarray(strata)
     boxes = np.minimum((points * k).astype(np.intp), k - 1)
     return np.ravel_multi_index(tuple(np.moveaxis(boxes, -1, 0)), strata)
 
 
-def corners(strata: tuple[int, ...]) -> NDArray[np.intp]:
+def corners(strata: tuple[int, ...]) -> Indices:
     """The lower corners (n, d) of the strata in C order, in units of their sides."""
     return np.indices(strata).reshape(len(strata), -1).T
 
 
-def inside(points: NDArray[np.float64], corners: NDArray[np.intp], strata: tuple[int, ...]) -> NDArray[np.float64]:
+def inside(points: Array, corners: Indices, strata: tuple[int, ...]) -> Array:
     """Move points that rounding has put on or beyond a face of their stratum back into it."""
     while (astray := (points * strata).astype(np.intp) - corners).any():
         points = np.where(astray == 0, points, np.nextafter(points, np.where(astray > 0, 0.0, 1.0)))

@@ -12,8 +12,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._support.arrays import Array, Indices
 from .grids import corners, grid_shape, inside
 
 _GOLDEN_RATIO = (math.sqrt(5) - 1) / 2
@@ -24,7 +24,7 @@ def period(d: int) -> int:
     return {1: 0, 2: 3}.get(d, 2)
 
 
-def colours(strata: tuple[int, ...]) -> NDArray[np.intp]:
+def colours(strata: tuple[int, ...]) -> Indices:
     """The colour (n,) of each stratum, in C order, counted from 0.
 
     Examples
@@ -41,14 +41,14 @@ def colours(strata: tuple[int, ...]) -> NDArray[np.intp]:
     return np.unique(colour, return_inverse=True)[1].astype(np.intp)
 
 
-def points(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def points(sets: int, n: int, d: int, rng: np.random.Generator) -> Array:
     """Points (sets, n, d) of independent sets, each in C order of its strata."""
     strata = grid_shape(n, d)
     lower = corners(strata)
     return inside((lower + offsets(strata, sets, rng)) / strata, lower, strata)
 
 
-def offsets(strata: tuple[int, ...], sets: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def offsets(strata: tuple[int, ...], sets: int, rng: np.random.Generator) -> Array:
     """Places (sets, n, d) of the points within their strata, each uniform in [0, 1)^d.
 
     Take the m strata of one colour with the same index along axis a. The coordinates along a of their
@@ -77,7 +77,7 @@ def offsets(strata: tuple[int, ...], sets: int, rng: np.random.Generator) -> NDA
     return places
 
 
-def _spread(index: NDArray[np.intp], strata: tuple[int, ...]) -> NDArray[np.float64]:
+def _spread(index: Indices, strata: tuple[int, ...]) -> Array:
     """π(j_b)/n_b (n, d) of the strata with those indices (n, d)."""
     q = period(len(strata))
     count = (np.asarray(strata) - 1 - index % q) // q + 1

@@ -13,7 +13,8 @@ import itertools
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+
+from .._support.arrays import Array, Indices
 
 
 def prime_power(q: int) -> tuple[int, int] | None:
@@ -48,7 +49,7 @@ def largest_size(n: int, d: int) -> int:
     return root**2
 
 
-def points(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def points(sets: int, n: int, d: int, rng: np.random.Generator) -> Array:
     """Independent sets (sets, n, d) of jittered orthogonal arrays, their points in random order.
 
     Raises
@@ -77,14 +78,14 @@ def points(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.fl
     return np.minimum(drawn, np.nextafter(1.0, 0.0))
 
 
-def array(q: int) -> NDArray[np.intp]:
+def array(q: int) -> Indices:
     """Bose's array (q², q + 1): the columns b and a + k b, k in the field, for all a and b."""
     add, multiply = field(q)
     a, b = np.divmod(np.arange(q * q), q)
     return np.stack([b, *(add[a, multiply[k, b]] for k in range(q))], -1)
 
 
-def field(q: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def field(q: int) -> tuple[Indices, Indices]:
     """The tables (q, q) of addition and multiplication of the field of q = p^m elements.
 
     Element i is the polynomial whose coefficients are the digits of i to the base p. Products are taken modulo the

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .._support.arrays import Array
 from .._support.checks import one_of, positive_int, refuse_transposed, unit_points
 from .design import DESIGNS, SAMPLERS, design_of
 from .engines import EngineFactory, design_name, engine_points, on_a_lattice
@@ -55,7 +56,7 @@ class SampleSet:
         box holds one point; :func:`sample` draws them in C order of the boxes (the last axis fastest).
     """
 
-    points: NDArray[np.float64]
+    points: Array
     design: str
     strata: tuple[int, ...] | None = None
 
@@ -84,7 +85,7 @@ class SampleSet:
         return int(self.points.shape[-1])
 
     @property
-    def batch(self) -> NDArray[np.float64]:
+    def batch(self) -> Array:
         """The points (sets, n, d), of one set as a batch of one."""
         return self.points if self.points.ndim == 3 else self.points[None]
 
@@ -229,7 +230,7 @@ def largest_size(sampler: str | EngineFactory, n: int, d: int) -> int:
     return design_of(sampler).largest_size(n, d) if isinstance(sampler, str) else n
 
 
-def _check_one_per_stratum(points: NDArray[np.float64], strata: tuple[int, ...], design: str) -> None:
+def _check_one_per_stratum(points: Array, strata: tuple[int, ...], design: str) -> None:
     n = points.shape[-2]
     indices = stratum_index(points, strata).reshape(-1, n)
     if (indices == np.arange(n)).all():  # as sample() draws them

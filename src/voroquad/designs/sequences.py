@@ -9,24 +9,25 @@ from __future__ import annotations
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from .engines import BELOW_ONE, engine_points
 
 _BITS = 32
 
 
-def sobol(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def sobol(sets: int, n: int, d: int, rng: np.random.Generator) -> Array:
     """Sobol' points (sets, n, d) with Owen's nested uniform scrambling."""
     return _from_digits(owen_scramble(_sobol_digits(n, d), sets, rng), rng)
 
 
-def halton(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def halton(sets: int, n: int, d: int, rng: np.random.Generator) -> Array:
     """Halton points (sets, n, d), scrambled by random permutations of their digits."""
     from scipy.stats import qmc
 
     return np.stack([engine_points(qmc.Halton(d, scramble=True, rng=r), n) for r in rng.spawn(sets)])
 
 
-def zero_two(sets: int, n: int, d: int, rng: np.random.Generator) -> NDArray[np.float64]:
+def zero_two(sets: int, n: int, d: int, rng: np.random.Generator) -> Array:
     """The (0,2)-sequence (sets, n, d ≤ 2) with random digital shifts."""
     flips = rng.integers(0, 2**_BITS, size=(sets, 1, d), dtype=np.uint64)
     return _from_digits(_sobol_digits(n, d) ^ flips, rng)
@@ -66,7 +67,7 @@ def _mix(x: NDArray[np.uint64]) -> NDArray[np.uint64]:
     return x ^ (x >> np.uint64(31))
 
 
-def _from_digits(digits: NDArray[np.uint64], rng: np.random.Generator) -> NDArray[np.float64]:
+def _from_digits(digits: NDArray[np.uint64], rng: np.random.Generator) -> Array:
     """Points of [0, 1) with the given first 32 binary digits; the digits below are random."""
     points = (digits.astype(np.float64) + rng.random(digits.shape)) * 2.0**-_BITS
     return np.minimum(points, BELOW_ONE)

@@ -10,8 +10,8 @@ import numpy as np
 from bokeh.document import Document
 from bokeh.events import DoubleTap, MouseMove, Pan, PanEnd, PanStart, PointEvent, Press, PressUp, Tap
 from bokeh.plotting import figure
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from ..designs.sampling import SampleSet, sample
 from .controls import LARGEST_SET, EditControls
 from .edits import EditedSet
@@ -56,7 +56,7 @@ class Editing:
         self._changed = changed
         self._refused = refused
         self._grabbed: int | None = None
-        self._target: NDArray[np.float64] | None = None
+        self._target: Array | None = None
         self._answer_took = 0.0
         self._setting = False  # whether the widgets are being changed from here
         for plot in figures:
@@ -136,7 +136,7 @@ class Editing:
     def _nearest(self, event: PointEvent) -> int | None:
         return self.edited.nearest(self._pointed(event), _REACH)
 
-    def _pointed(self, event: PointEvent) -> NDArray[np.float64]:
+    def _pointed(self, event: PointEvent) -> Array:
         return np.array([event.x, event.y][: self.edited.drawn.d], dtype=np.float64)
 
     # ------------------------------------------------------------------ the keyboard
@@ -179,7 +179,7 @@ class Editing:
             raise ValueError(f"Sample must be a whole number from 0 to {len(self.edited) - 1}")
         return int(index)
 
-    def _place(self) -> NDArray[np.float64]:
+    def _place(self) -> Array:
         place = [field.value for field in self.controls.place[: self.edited.drawn.d]]
         if not all(isinstance(x, int | float) and 0 <= x <= 1 for x in place):
             raise ValueError("a sample's coordinates must be from 0 to 1")
@@ -193,7 +193,7 @@ class Editing:
         self.edited.move(self._selected(), self._place())
         self._changed()
 
-    def _add(self, place: NDArray[np.float64]) -> None:
+    def _add(self, place: Array) -> None:
         if len(self.edited) == LARGEST_SET:
             raise ValueError(f"a set here has at most {LARGEST_SET} samples: remove one first")
         index = self.edited.add(place)

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._support.arrays import Array
+from .._support.arrays import Array, Indices
 from ..designs.sampling import SampleSet, as_sample_set
 
 _BELOW_ONE = np.nextafter(1.0, 0.0)
@@ -32,7 +31,7 @@ class EditedSet:
     def __init__(self, drawn: SampleSet):
         self.drawn = drawn
         self.points: Array = drawn.points.copy()
-        self.origin: NDArray[np.intp] = np.arange(drawn.n)
+        self.origin: Indices = np.arange(drawn.n)
 
     def __len__(self) -> int:
         return len(self.points)

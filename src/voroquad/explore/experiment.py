@@ -7,8 +7,8 @@ import time
 from collections.abc import Callable, Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from ..designs.sampling import sample
 from ..study.convergence import Measurement, Scheme, measurement, powers_of_two
 from ..study.integrand import KnownIntegrand
@@ -37,10 +37,10 @@ class Replicates:
         self.n = n
         self.seed = seed
         self.sets_per_batch = max(1, _BATCH // n)
-        self.batches: list[NDArray[np.float64]] = []
+        self.batches: list[Array] = []
 
     @property
-    def errors(self) -> NDArray[np.float64]:
+    def errors(self) -> Array:
         """Error (sets,) of each estimate so far."""
         return np.concatenate(self.batches) if self.batches else np.empty(0)
 

@@ -6,8 +6,8 @@ import ast
 from collections.abc import Sequence
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from ..integrals.expression import CONSTANTS, FUNCTIONS
 from ..study.convergence import Scheme
 from .edits import ADDED, EditedSet
@@ -158,7 +158,7 @@ def _points(edited: EditedSet, seed: int, method: Scheme) -> str:
     return "\n".join(lines) + "\n"
 
 
-def _literal(points: NDArray[np.float64]) -> str:
+def _literal(points: Array) -> str:
     return repr(points.tolist())
 
 

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-import numpy as np
-from numpy.typing import NDArray
-
+from .._support.arrays import Array
 from ..designs.design import DESIGNS
 from ..designs.sampling import SetKind
 from ..rules.registry import RULES
@@ -62,7 +60,7 @@ def needs_design(chosen: Scheme) -> bool:
     return any(rules.designs is not None for rules in RULES if rules.debias == chosen.debias)
 
 
-def weigh(chosen: Scheme, edited: EditedSet) -> NDArray[np.float64]:
+def weigh(chosen: Scheme, edited: EditedSet) -> Array:
     """Weights (n,) of the points as they are now.
 
     Raises

@@ -6,15 +6,15 @@ from collections.abc import Mapping, Sequence
 from html import escape
 
 import numpy as np
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from .._support.numbers import scientific
 from .experiment import Experiment, Replicates
 from .integrands import Problem
 from .style import RULE_COLORS
 
 
-def estimate_table(problem: Problem, w: NDArray[np.float64], f: NDArray[np.float64]) -> str:
+def estimate_table(problem: Problem, w: Array, f: Array) -> str:
     """The estimate of weights (n,) and values (n,) beside the truth."""
     truth, value = problem.integrand.integral, float(w @ f)
     doubt = f" ± {number(problem.uncertainty, 1)}" if problem.uncertainty > 1e-12 else ""

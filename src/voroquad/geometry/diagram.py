@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
-from .._support.arrays import Array
+from .._support.arrays import Array, Integers
 from .._support.checks import real_numbers
 from .._support.extras import install_hint
 from .bounds import Bounds
@@ -132,7 +132,7 @@ class Cells:
             self._polyhedra = self._cut_polyhedra()
         return self._polyhedra
 
-    def locate(self, x: ArrayLike) -> NDArray[np.int64]:
+    def locate(self, x: ArrayLike) -> Integers:
         """Index of the point whose cell holds x: of the nearest point by the distances of the box or torus.
 
         Parameters
@@ -299,7 +299,7 @@ class Cells:
         distances = box.measures_from_core(distances, 1)
         return Neighbours(indptr, indices, measures, distances, shifts.astype(np.int64), border)
 
-    def _triangulate(self, corners: Array, owners: NDArray[np.int64]) -> Triangulation:
+    def _triangulate(self, corners: Array, owners: Integers) -> Triangulation:
         low, high = self._bounds.sides.T
         inside = self._bounds.depth(corners) > SAME * (high - low).max()
         vectors = np.diag(high - low)

@@ -7,9 +7,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
-from .._support.arrays import Array
+from .._support.arrays import Array, Indices
 from .._support.checks import one_of, positive_int, real_numbers
 
 ROUNDING = 1e-6  # how far a position of a trajectory in float32 may miss the face it is on
@@ -39,7 +39,7 @@ class Trajectory:
         """Number of axes."""
         return int(self.positions.shape[1])
 
-    def on_axes(self, axes: NDArray[np.intp]) -> Trajectory:
+    def on_axes(self, axes: Indices) -> Trajectory:
         """The coordinates on some of the axes."""
         return Trajectory(self.positions[:, axes], self.per_unit[axes], self.units)
 
@@ -81,7 +81,7 @@ def read_trajectory(trajectory: ArrayLike, shape: tuple[int, ...] | None, units:
     return Trajectory(given / per_unit + 0.5 - 0.5, per_unit, units)
 
 
-def spanned_axes(positions: Array) -> NDArray[np.intp]:
+def spanned_axes(positions: Array) -> Indices:
     """All axes, or of samples of a plane in space, which one coordinate is the same for, the other two."""
     axes = np.flatnonzero(np.ptp(positions, axis=0) > ROUNDING)
     return axes if len(axes) == 2 else np.arange(positions.shape[1])

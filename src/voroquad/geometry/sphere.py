@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 from scipy.spatial import KDTree, QhullError, SphericalVoronoi
 
+from .._support.arrays import Array, Indices
 from .._support.checks import real_numbers, unit_points
 from .cells import cells
 
@@ -16,7 +17,7 @@ FLAT = 1e-9  # thickness over width of a set that counts as one of a circle
 ROUNDING = 1e-14  # thickness, root mean square, that tells nothing
 
 
-def sphere_points(u: ArrayLike) -> NDArray[np.float64]:
+def sphere_points(u: ArrayLike) -> Array:
     """Points of the unit sphere from points of the unit square, areas in proportion.
 
     Parameters
@@ -59,7 +60,7 @@ def sphere_points(u: ArrayLike) -> NDArray[np.float64]:
     return np.stack([r * np.cos(longitude), r * np.sin(longitude), z], axis=-1)
 
 
-def sphere_weights(points: ArrayLike) -> NDArray[np.float64]:
+def sphere_weights(points: ArrayLike) -> Array:
     """Quadrature weights of points of the unit sphere: the areas of their Voronoi cells.
 
     Parameters
@@ -110,7 +111,7 @@ def sphere_weights(points: ArrayLike) -> NDArray[np.float64]:
     return np.stack([_areas(one) for one in x]) if x.ndim == 3 else _areas(x)
 
 
-def _unit_vectors(points: ArrayLike) -> NDArray[np.float64]:
+def _unit_vectors(points: ArrayLike) -> Array:
     x = real_numbers("points", points)
     if x.ndim not in (2, 3) or x.shape[-1] != 3 or x.size == 0:
         raise ValueError(f"points must have shape (n, 3) or (sets, n, 3) with n ≥ 1, got {x.shape}")
@@ -126,14 +127,14 @@ def _unit_vectors(points: ArrayLike) -> NDArray[np.float64]:
     return x / length
 
 
-def _areas(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _areas(x: Array) -> Array:
     """Shares (n,) of the sphere of unit vectors (n, 3)."""
     sites, site = _sites(x)
     areas = _cell_areas(x[sites])
     return (areas / (areas.sum() * np.bincount(site)))[site]
 
 
-def _sites(x: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+def _sites(x: Array) -> tuple[Indices, Indices]:
     """One point (m,) of each chain of points with links of at most RESOLUTION; each point's chain (n,)."""
     # Boxes of that size first, so that a crowd in one place has few pairs
     _, first, box = np.unique(np.round(x / RESOLUTION), axis=0, return_index=True, return_inverse=True)
@@ -146,7 +147,7 @@ def _sites(x: NDArray[np.float64]) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
     return first[representative], chain[box.reshape(-1)].astype(np.intp)
 
 
-def _cell_areas(x: NDArray[np.float64]) -> NDArray[np.float64]:
+def _cell_areas(x: Array) -> Array:
     """Areas (m,) of the cells of distinct unit vectors (m, 3), up to a common factor."""
     _, extent, axes = np.linalg.svd(np.linalg.qr(x - x.mean(axis=0), mode="r"))
     if len(x) <= 3 or extent[2] <= max(FLAT * extent[1], ROUNDING * len(x) ** 0.5):  # a circle about axes[2]

@@ -6,9 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._support.arrays import Numbers
+from .._support.arrays import Array, Numbers
 from .estimates import Estimate
 from .structures import Form, mapped, part
 
@@ -32,13 +31,13 @@ class Linked:
 
     value: Numbers
     deviations: Numbers
-    rounding: NDArray[np.float64]
+    rounding: Array
 
     @property
     def error(self) -> Numbers:
         """Standard error (...); of complex numbers those of the real and of the imaginary part."""
 
-        def of(part: NDArray[np.float64]) -> NDArray[np.float64]:
+        def of(part: Array) -> Array:
             return np.hypot(np.sqrt(np.square(part).sum(axis=-1)), self.rounding)
 
         if not np.iscomplexobj(self.value):
@@ -73,7 +72,7 @@ class Linked:
         return bool((np.abs(self.value) < FEWEST_ERRORS * np.abs(self.error)).any())
 
 
-def scaled_deviations(estimate: Estimate) -> NDArray[np.float64] | None:
+def scaled_deviations(estimate: Estimate) -> Array | None:
     """Deviations (fields, m) whose squares sum to those of the errors without rounding; None if there are none."""
     error, rounding = estimate.error, estimate.rounding
     own = np.sqrt(np.maximum(error - rounding, 0)) * np.sqrt(error + rounding)  # no square overflows
@@ -153,7 +152,7 @@ class Components:
             raise ValueError(f"c must be of the integral's shape or structure ({shapes}); {error}") from None
 
 
-def _size(rounding: Numbers) -> NDArray[np.float64]:
+def _size(rounding: Numbers) -> Array:
     """Error of either part of a complex number by rounding, at most."""
     rounding = np.asarray(rounding)
     return np.maximum(rounding.real, rounding.imag) if np.iscomplexobj(rounding) else rounding

@@ -6,11 +6,11 @@ import math
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 from scipy.spatial import Delaunay, QhullError
 from scipy.special import betaincinv
 
-from .._support.arrays import Array
+from .._support.arrays import Array, Indices
 from .._support.checks import real_numbers
 from .pieces import Part
 from .trapezoids import Trapezoid, trapezoids
@@ -376,7 +376,7 @@ def _positive(name: str, value: float) -> float:
     return float(number)
 
 
-def _numbers_of_corners(given: ArrayLike, vertices: Array) -> NDArray[np.intp]:
+def _numbers_of_corners(given: ArrayLike, vertices: Array) -> Indices:
     """Numbers of corners (k, d + 1)."""
     m, d = vertices.shape
     corners = np.asarray(given)

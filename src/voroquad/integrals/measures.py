@@ -8,8 +8,9 @@ from dataclasses import dataclass
 from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .._support.arrays import Array
 from .._support.checks import positive_int, real_numbers, refuse_masks, unit_points
 from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, SampleSet, sample
@@ -78,19 +79,19 @@ class ProductMeasure:
         """Dimension."""
         return len(self.distributions)
 
-    def transform(self, u: ArrayLike) -> NDArray[np.float64]:
+    def transform(self, u: ArrayLike) -> Array:
         """T(u) (..., d) of points u (..., d) of the unit box [0, 1)^d. A coordinate 0 counts as 2^−64, so that
         an unbounded support gives no infinity. Raises ValueError where a point is NaN or outside."""
         u = self._checked("u", u)
         unit_points(u if u.ndim in (2, 3) else u.reshape(-1, self.d), name="u")
         return self._inverse_cdf(np.maximum(u, 2.0**-64))
 
-    def density(self, x: ArrayLike) -> NDArray[np.float64]:
+    def density(self, x: ArrayLike) -> Array:
         """p(x) (...) of points x (..., d)."""
         x = self._checked("x", x)
         return np.prod([t.pdf(x[..., a]) for a, t in enumerate(self.distributions)], axis=0)
 
-    def weights(self, x: ArrayLike, *, threads: int | None = None) -> NDArray[np.float64]:
+    def weights(self, x: ArrayLike, *, threads: int | None = None) -> Array:
         """Weights (n,) or (sets, n) of points that exist already, x (n, d) or (sets, n, d), however they came about.
 
         The estimate Σ_i w_i f(x_i) of ∫ f dμ, order 0: a point's weight is the measure μ(V_i) of its Voronoi
@@ -138,7 +139,7 @@ class ProductMeasure:
         u = np.stack([t.cdf(x[..., a]) for a, t in enumerate(self.distributions)], axis=-1)
         return _unit_weights(np.clip(u, 0, 1), threads=threads)
 
-    def pull_back(self, u: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points T(u) (d, n) at u (d, n) of the unit box, and their volume element under this measure: 1."""
         return self.transform(u.T).T, np.ones(u.shape[1])
 
@@ -147,11 +148,11 @@ class ProductMeasure:
         """Whether it has no mass: False."""
         return False
 
-    def _inverse_cdf(self, u: NDArray[np.float64]) -> NDArray[np.float64]:
+    def _inverse_cdf(self, u: Array) -> Array:
         inverses = [t.ppf if hasattr(t, "ppf") else t.icdf for t in self.distributions]
         return np.stack([inverse(u[..., a]) for a, inverse in enumerate(inverses)], axis=-1)
 
-    def _checked(self, name: str, points: ArrayLike) -> NDArray[np.float64]:
+    def _checked(self, name: str, points: ArrayLike) -> Array:
         array = real_numbers(name, points)
         if array.ndim == 0 or array.shape[-1] != self.d:
             raise ValueError(f"{name} must have shape (..., {self.d}), got {array.shape}")
@@ -170,7 +171,7 @@ class PiecewiseSamples:
         Each piece's samples, in the unit box.
     """
 
-    points: NDArray[np.float64]
+    points: Array
     pieces: tuple[SampleSet, ...]
 
     @property
@@ -287,8 +288,8 @@ class PiecewiseUniform:
 
     def _place(
         self,
-        lower: NDArray[np.float64],
-        upper: NDArray[np.float64],
+        lower: Array,
+        upper: Array,
         shape: tuple[int, ...],
         counts: ArrayLike,
         measures: ArrayLike | None,
@@ -312,7 +313,7 @@ class PiecewiseUniform:
         """Dimension."""
         return int(self.lower.shape[1])
 
-    def density(self, x: ArrayLike) -> NDArray[np.float64]:
+    def density(self, x: ArrayLike) -> Array:
         """p(x) = N_k / (N · volume_k) in piece k, 0 outside; the density that plain Monte Carlo divides by.
 
         Of positions x (..., d), or (n,) for d = 1; the upper faces of a piece are not in it.
@@ -352,7 +353,7 @@ class PiecewiseUniform:
         debias: str = "none",
         design: str | None = None,
         threads: int | None = None,
-    ) -> NDArray[np.float64]:
+    ) -> Array:
         """Weights (n,) or (sets, n) of samples; where a rule's weights sum to 1, these sum to the sum of the measures.
 
         Parameters
@@ -369,7 +370,7 @@ class PiecewiseUniform:
         """
         if isinstance(samples, PiecewiseSamples):
             self._split(samples.points)  # they are of this measure
-            pieces: Sequence[SampleSet | NDArray[np.float64]] = samples.pieces
+            pieces: Sequence[SampleSet | Array] = samples.pieces
         else:
             pieces = self._split(samples)
         return np.concatenate(
@@ -385,7 +386,7 @@ class PiecewiseUniform:
         boxes = zip(self.lower, self.upper, self.measures, self.counts, strict=True)
         return [Part(WeighedBox(low, high, mass), count / self.n) for low, high, mass, count in boxes]
 
-    def _split(self, points: ArrayLike) -> list[NDArray[np.float64]]:
+    def _split(self, points: ArrayLike) -> list[Array]:
         """Each piece's points, moved to the unit box."""
         x = _points_of("samples", points, self.d)
         if x.shape[-2] != self.n:
@@ -405,14 +406,14 @@ class PiecewiseUniform:
         return np.split(u, np.cumsum(self.counts)[:-1], axis=-2)
 
 
-def _unit_weights(points: SampleSet | NDArray[np.float64], **options: Any) -> NDArray[np.float64]:
+def _unit_weights(points: SampleSet | Array, **options: Any) -> Array:
     """Weights of points of the unit box whose dimension is known, so that even a single one is no matter of doubt."""
     if isinstance(points, np.ndarray) and points.ndim == 2:
         return unit_weights(points[None], **options)[0]
     return unit_weights(points, **options)
 
 
-def _axes(edges: Any) -> list[NDArray[np.float64]]:
+def _axes(edges: Any) -> list[Array]:
     """The edges of the pieces along each axis."""
     named = {"edges": edges}
     if isinstance(edges, Sequence | np.ndarray) and len(edges) and np.ndim(edges[0]):
@@ -428,7 +429,7 @@ def _axes(edges: Any) -> list[NDArray[np.float64]]:
     return axes
 
 
-def _masses(measures: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
+def _masses(measures: ArrayLike, shape: tuple[int, ...]) -> Array:
     """The measure (k,) of each piece."""
     masses = real_numbers("measures", measures)
     if masses.shape != shape:
@@ -440,7 +441,7 @@ def _masses(measures: ArrayLike, shape: tuple[int, ...]) -> NDArray[np.float64]:
     return masses.ravel()
 
 
-def _points_of(name: str, points: ArrayLike, d: int) -> NDArray[np.float64]:
+def _points_of(name: str, points: ArrayLike, d: int) -> Array:
     """Points (n, d) or (sets, n, d); for d = 1 (n,) counts as (n, 1)."""
     x = real_numbers(name, points)
     x = x[:, None] if x.ndim == d == 1 else x

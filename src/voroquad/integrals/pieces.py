@@ -7,9 +7,8 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._support.arrays import Array
+from .._support.arrays import Array, Indices
 from .components import scaled_deviations
 from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import Estimate
@@ -55,7 +54,7 @@ class Chain:
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (k, n) and the volume element (n,) at u (d, n)."""
         chosen = np.searchsorted(self._ends[1:-1], u[0], side="right")
-        found: list[tuple[NDArray[np.intp], Array, Array]] = []
+        found: list[tuple[Indices, Array, Array]] = []
         for k in np.unique(chosen):
             at = np.flatnonzero(chosen == k)
             start, length = self._ends[k], self._ends[k + 1] - self._ends[k]

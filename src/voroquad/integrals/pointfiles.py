@@ -10,8 +10,9 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .._support.arrays import Array
 from .._support.files import atomic_path
 from ..rules.registry import weights
 
@@ -55,7 +56,7 @@ def weigh_file(
     return {"n": len(points), "d": points.shape[1], "sum": float(w.sum()), "output": os.fspath(target)}
 
 
-def read_points(source: str | os.PathLike[str]) -> NDArray[np.float64]:
+def read_points(source: str | os.PathLike[str]) -> Array:
     """Points (n, d) from a text file with a point on each line.
 
     Fields are separated by commas, semicolons, tabs or spaces, the same in the whole file. Empty lines and lines that

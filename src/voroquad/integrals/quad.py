@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import Any, ParamSpec, TypeVar
+
+import numpy as np
 
 from .._support.checks import one_of, positive_int, thread_count
 from ..designs.engines import EngineFactory
@@ -18,7 +20,7 @@ from .evaluation import Function
 from .integrand import Integrand
 from .measures import PiecewiseUniform, ProductMeasure
 from .methods import estimator
-from .pieces import Sum
+from .pieces import Part, Sum
 from .places import parts_of
 from .refinement import refine, tolerance
 from .regions import Region
@@ -220,25 +222,12 @@ def quad(
     adaptations: list[Adaptation] = []
     with mapping(workers, (func, args, kwargs)) as (spread, parts):
         function = Function(func, library, args, kwargs, vectorized, spread, parts)
-
-        def integrand(region: Region) -> Integrand:
-            return Integrand(function, region, batch)
-
-        def over(region: Region, sets: int = n_estimates, by: str = method) -> Callable[[int], Estimate]:
-            return estimator(integrand(region), n_points, by, sampler, order, debias, sets, generator, threads)
-
-        def turned(region: Region, sets: int) -> Callable[[int], Estimate]:
-            nothing_asked = (method, order, debias) == ("auto",) * 3
-            return over(region, sets, "plain" if nothing_asked and sets > 1 else method)
-
-        estimate: Callable[[int], Estimate]
+        rule = _Rule(function, batch, n_points, method, sampler, order, debias, generator, threads)
         if adapt is False:
-            estimate = rotating(places, integrand, turned, n_estimates, generator) or Sum(places, over)
+            estimate = rule.on(places, n_estimates)
         else:
             region = single(places, adapt, wanted is not None)
-            estimate = AdaptiveEstimator(
-                integrand, over, region, n_estimates, adapt is True, generator, adaptations.append
-            )
+            estimate = rule.adapted(region, n_estimates, adapt is True, adaptations.append)
         if wanted is None:
             found = estimate(n_points)
         else:
@@ -249,11 +238,58 @@ def quad(
                 lambda n: estimate(n // n_estimates),
                 wanted, n_points * n_estimates, most, places[0].region.d, function.diagnoses,
             )  # fmt: skip
+    _add_warnings(found, function)
+    return replace(QuadResult.of(found, function), adaptation=adaptations[0] if adaptations else None)
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """The rule that the arguments of `quad` name, for any region."""
+
+    function: Function
+    batch: int | None
+    n_points: int
+    method: str
+    sampler: str | EngineFactory
+    order: int | str
+    debias: str
+    rng: np.random.Generator
+    threads: int
+
+    def on(self, places: list[Part], sets: int) -> Callable[[int], Estimate]:
+        """What estimates the integral over all pieces; normal coordinates of many dimensions are turned."""
+        turned = rotating(places, self.integrand, self._turned, sets, self.rng)
+        return turned or Sum(places, functools.partial(self._over, sets=sets))
+
+    def adapted(
+        self, region: Region, sets: int, always: bool, report: Callable[[Adaptation], None]
+    ) -> Callable[[int], Estimate]:
+        """What estimates the integral with a map that a pilot shows."""
+        over = functools.partial(self._over, sets=sets)
+        return AdaptiveEstimator(self.integrand, over, region, sets, always, self.rng, report)
+
+    def integrand(self, region: Region) -> Integrand:
+        """The function on a region."""
+        return Integrand(self.function, region, self.batch)
+
+    def _over(self, region: Region, sets: int, method: str | None = None) -> Callable[[int], Estimate]:
+        return estimator(
+            self.integrand(region), self.n_points, method or self.method,
+            self.sampler, self.order, self.debias, sets, self.rng, self.threads,
+        )  # fmt: skip
+
+    def _turned(self, region: Region, sets: int) -> Callable[[int], Estimate]:
+        """The rule after a rotation: replicates are plain means unless another rule is named."""
+        nothing_asked = (self.method, self.order, self.debias) == ("auto",) * 3
+        return self._over(region, sets, "plain" if nothing_asked and sets > 1 else None)
+
+
+def _add_warnings(found: Estimate, function: Function) -> None:
+    """Issue the warnings of an estimate."""
     for warning in found.warnings:
         kept = _zeros_of_both_parts(warning, function) if warning.kind == "zero" else warning
         if kept:
             function.diagnoses.add(kept)
-    return replace(QuadResult.of(found, function), adaptation=adaptations[0] if adaptations else None)
 
 
 def _zeros_of_both_parts(warning: IntegrationWarning, function: Function) -> IntegrationWarning | None:

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from .._support.arrays import Array
+from .._support.arrays import Array, Indices
 from ..rules.fit import ROUNDING
 from ..rules.nested_fits import NormalEquations, fits, predicted, terms_of
 from .estimates import Estimate, unresolved
@@ -122,7 +122,7 @@ class _Replicates:
         return Estimate(mean, error, rounding, n, REPLICATES - 1, tuple(warnings), deviations)
 
 
-def _best(residuals: Array) -> NDArray[np.intp]:
+def _best(residuals: Array) -> Indices:
     """The candidate (fields,) whose residuals (candidates, fields, n) on a net have the smallest sums over its parts.
 
     Consecutive points are nets, too. What counts is not the size of the residuals but what a net leaves of them: the

@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 from array_api_compat import is_array_api_obj
-from numpy.typing import NDArray
 
-from .._support.arrays import Numbers
+from .._support.arrays import Array, Numbers
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ class Form:
         """That of arrays (..., n)."""
         return cls(branch, tuple(v.shape[:-1] for v in leaves), tuple(np.iscomplexobj(v) for v in leaves))
 
-    def rows(self, leaves: list[Numbers]) -> NDArray[np.float64]:
+    def rows(self, leaves: list[Numbers]) -> Array:
         """Real numbers (fields, n) of arrays (..., n). Real arrays where the form has complex ones are as good."""
         found = []
         for leaf, as_complex in zip(leaves, self.is_complex, strict=True):

@@ -14,6 +14,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .._support.arrays import Indices
+
 Floats = NDArray[np.floating[Any]]
 
 #: Side of a tile in pixels, even
@@ -26,7 +28,7 @@ SPREAD = (0.25, 0.5)
 NEARBY = 0.7
 
 
-def checkerboard(height: int, width: int, start: int = 0) -> NDArray[np.intp]:
+def checkerboard(height: int, width: int, start: int = 0) -> Indices:
     """The half, 0 or 1, of each pixel (height, width); `start` is that of the first."""
     return (np.arange(start, start + height)[:, None] + np.arange(width)) & 1
 

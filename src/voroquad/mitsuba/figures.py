@@ -10,8 +10,8 @@ import numpy as np
 from matplotlib import colormaps
 from matplotlib.image import imsave
 from matplotlib.ticker import NullFormatter, NullLocator
-from numpy.typing import NDArray
 
+from .._support.arrays import Array
 from ..results.manifest import Line
 from ..results.style import FAINT, MUTED, LineLabel, house_style, label_line_ends, new_figure
 from .render import Image, rgb, srgb
@@ -24,7 +24,7 @@ def image_png(image: Image, path: Path, magnify: int = 1) -> None:
     imsave(path, np.kron(srgb(rgb(image)), np.ones((magnify, magnify, 1))))
 
 
-def difference_png(error: NDArray[np.float64], scale: float, path: Path) -> None:
+def difference_png(error: Array, scale: float, path: Path) -> None:
     """Write signed errors (height, width): blue −scale, white 0, red +scale."""
     position = np.clip(error / scale, -1, 1) / 2 + 0.5 if scale > 0 else np.full_like(error, 0.5)
     imsave(path, colormaps["RdBu_r"](position)[..., :3])
@@ -45,7 +45,7 @@ def closeup_windows(error: Image, count: int = 2, share: int = 5) -> list[Window
     return windows
 
 
-def share_png(share: NDArray[np.float64], path: Path) -> None:
+def share_png(share: Array, path: Path) -> None:
     """Write a map (height, width) of shares: 0 dark, 1 light."""
     imsave(path, colormaps["cividis"](np.clip(share, 0, 1))[..., :3])
 

@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._support.arrays import Array
 from .._support.extras import install_hint
@@ -201,7 +200,7 @@ def _one_two_five(values: Array) -> tuple[FixedTicker, dict[float, str]]:
     return FixedTicker(ticks=list(labels)), labels
 
 
-def _range(values: NDArray[np.float64], margin: float) -> Range1d:
+def _range(values: Array, margin: float) -> Range1d:
     """A logarithmic axis around the values."""
     low, high = (values.min(), values.max()) if len(values) else (1, 10)
     return Range1d(start=low / margin, end=high * margin)

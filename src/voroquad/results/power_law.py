@@ -6,7 +6,9 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
+
+from .._support.arrays import Array
 
 #: Least ratio of the largest x to the smallest: over less, noise of y or of x makes the slope
 LEAST_SPAN = 2.0
@@ -28,7 +30,7 @@ class PowerLaw:
     intercept: float
     slope_error: float = 0.0
 
-    def __call__(self, x: ArrayLike) -> NDArray[np.float64]:
+    def __call__(self, x: ArrayLike) -> Array:
         """The y at each x."""
         return np.asarray(np.exp(np.clip(self.intercept + self.slope * np.log(x), -700, 700)))
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
+from .._support.arrays import Array
 from .._support.checks import one_of, positive_int, unit_points
 from ..designs.design import DESIGNS
 from ..designs.grids import grid_shape
@@ -18,7 +19,7 @@ FEW = 64
 ON_A_LINE = (3, 3)
 
 
-def bias_function(x: ArrayLike, n: int, design: str = "uniform") -> NDArray[np.float64]:
+def bias_function(x: ArrayLike, n: int, design: str = "uniform") -> Array:
     """Bias function G of the Voronoi weights of n samples.
 
     Parameters
@@ -85,7 +86,7 @@ def bias_function(x: ArrayLike, n: int, design: str = "uniform") -> NDArray[np.f
     return bias_at(points, n, strata)
 
 
-def bias_at(points: NDArray[np.float64], n: int, strata: tuple[int, ...] | None) -> NDArray[np.float64]:
+def bias_at(points: Array, n: int, strata: tuple[int, ...] | None) -> Array:
     """G at points (..., d) of [0, 1]^d, in closed form or from a table; strata None: uniform samples."""
     d = points.shape[-1]
     if n == 1:

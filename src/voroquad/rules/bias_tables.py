@@ -15,7 +15,7 @@ from numpy.polynomial.chebyshev import chebvander
 from numpy.typing import NDArray
 
 from .. import _core
-from .._support.arrays import Array
+from .._support.arrays import Array, Indices
 from .._support.cache import cache_directory, is_own
 from .._support.checks import thread_count
 from .._support.files import atomic_path
@@ -36,11 +36,11 @@ class Axis(Protocol):
         """Number of panels."""
         ...
 
-    def locate(self, x: Array) -> tuple[NDArray[np.intp], Array]:
+    def locate(self, x: Array) -> tuple[Indices, Array]:
         """The panels (m,) of coordinates (m,), and the positions in them, in [−1, 1]."""
         ...
 
-    def position(self, panel: NDArray[np.intp], u: Array) -> Array:
+    def position(self, panel: Indices, u: Array) -> Array:
         """A coordinate in [0, 1] whose position in the panel is u."""
         ...
 
@@ -59,11 +59,11 @@ class BoundaryLayer:
     def panels(self) -> int:
         return 1
 
-    def locate(self, x: Array) -> tuple[NDArray[np.intp], Array]:
+    def locate(self, x: Array) -> tuple[Indices, Array]:
         distance = np.minimum(np.minimum(x, 1 - x), self.depth)
         return np.zeros(x.shape, np.intp), 2 * distance / self.depth - 1
 
-    def position(self, panel: NDArray[np.intp], u: Array) -> Array:
+    def position(self, panel: Indices, u: Array) -> Array:
         return self.depth * (u + 1) / 2
 
     def integrals(self, size: int) -> Array:
@@ -82,13 +82,13 @@ class Strata:
     proxy: int
     panels: int
 
-    def locate(self, x: Array) -> tuple[NDArray[np.intp], Array]:
+    def locate(self, x: Array) -> tuple[Indices, Array]:
         stratum = np.minimum((x * self.k).astype(np.intp), self.k - 1)
         u = 2 * (x * self.k - stratum) - 1
         kind, mirrored = kind_of_stratum(stratum, self.k, self.panels)
         return kind, np.where(mirrored, -u, u)
 
-    def position(self, panel: NDArray[np.intp], u: Array) -> Array:
+    def position(self, panel: Indices, u: Array) -> Array:
         innermost = (self.proxy - 1) // 2
         symmetric = (panel == self.panels - 1) & (self.k != 2 * self.panels)
         stratum = np.where(symmetric, innermost, panel)
@@ -121,7 +121,7 @@ class Plan:
     def shape(self) -> tuple[int, ...]:
         return (*(axis.panels for axis in self.axes), *(self.nodes,) * len(self.axes))
 
-    def points(self) -> tuple[Array, NDArray[np.intp]]:
+    def points(self) -> tuple[Array, Indices]:
         """The distinct points (m, d) to evaluate, and for each entry of the table which one it is.
 
         Coordinates are sorted among equal axes, since G does not change when they are swapped.
@@ -165,7 +165,7 @@ def kinds_of_strata(k: int, strata: tuple[int, ...]) -> int:
     return min((k + 1) // 2, inner + 1)
 
 
-def kind_of_stratum(stratum: NDArray[np.intp], k: int, kinds: int) -> tuple[NDArray[np.intp], NDArray[np.bool_]]:
+def kind_of_stratum(stratum: Indices, k: int, kinds: int) -> tuple[Indices, NDArray[np.bool_]]:
     """The kinds of strata, of k along an axis, and whether they are mirror images of the first stratum of their kind.
 
     The kind is the distance from the nearer border in strata; the last kind has all that are as far or farther.

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from functools import lru_cache, reduce
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.linalg import block_diag
 
 from .. import _core
-from .._support.arrays import Array
+from .._support.arrays import Array, Integers
 from . import bias_tables
 from .bias import bias_at
 
@@ -56,7 +55,7 @@ class LatticeAxis:
 
     position: Array
     weight: Array
-    node_class: NDArray[np.int64]
+    node_class: Integers
     seen_at: Array
     onto: Array
     nowhere: int = -1

@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .. import _core
+from .._support.arrays import Array
 from .bias import bias_at
 
 
-def by_bias_function(
-    points: NDArray[np.float64], measures: NDArray[np.float64], strata: tuple[int, ...] | None
-) -> NDArray[np.float64]:
+def by_bias_function(points: Array, measures: Array, strata: tuple[int, ...] | None) -> Array:
     """|V_i| / G(x_i), uniform or stratified sets (Guo and Eisemann's Î_GR, in any dimension up to 3)."""
     return measures / bias_at(points, points.shape[-2], strata)
 
 
-def exchange_uniform(points: NDArray[np.float64], threads: int) -> NDArray[np.float64]:
+def exchange_uniform(points: Array, threads: int) -> Array:
     """Exchange weights of independent uniform samples of [0, 1] (docs/theory.md, (8)).
 
     The second sample from each end gives half of its inner spacing to the first. What else Voronoi cells
@@ -25,7 +23,7 @@ def exchange_uniform(points: NDArray[np.float64], threads: int) -> NDArray[np.fl
     return _core.exchange_uniform(np.ascontiguousarray(points[..., 0]), threads)
 
 
-def exchange_stratified(points: NDArray[np.float64], threads: int) -> NDArray[np.float64]:
+def exchange_stratified(points: Array, threads: int) -> Array:
     """Exchange weights of one sample per interval [(i−1)/n, i/n), in ascending order (docs/theory.md, (9)).
 
     Each weight is independent of its own sample and has mean 1/n, hence no bias.

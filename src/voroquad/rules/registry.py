@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .._support.arrays import Array
 from .._support.checks import one_of, point_array, refuse_transposed, thread_count
@@ -41,7 +41,7 @@ def weights(
     design: str | None = None,
     bounds: ArrayLike | None = None,
     threads: int | None = None,
-) -> NDArray[np.float64]:
+) -> Array:
     """Quadrature weights of samples in the unit box, or in a box of other sides.
 
     Parameters
@@ -143,7 +143,7 @@ def weights(
 
 def _weights_in_box(
     points: SampleSet | ArrayLike, bounds: ArrayLike, order: int | str, debias: str, design: str | None, threads: int
-) -> NDArray[np.float64]:
+) -> Array:
     if isinstance(points, SampleSet):
         raise ValueError(
             f"bounds is for bare points, and those of a {points!r} are of the unit box; map them, "
@@ -160,9 +160,9 @@ def _weights_in_box(
 
 
 #: Fits sets of samples by a method on some threads; the values are (sets, fields, n), those of integrands.
-Fitter = Callable[[SampleSet, Method, int, NDArray[np.float64] | None], Fit]
+Fitter = Callable[[SampleSet, Method, int, Array | None], Fit]
 #: Weights of points of a box, by rules that go by distances, which scaling the axes would change.
-InBox = Callable[[ArrayLike, Bounds, int], NDArray[np.float64]]
+InBox = Callable[[ArrayLike, Bounds, int], Array]
 
 
 @dataclass(frozen=True)
@@ -174,11 +174,11 @@ class Rule:
     fitter: Fitter
     in_box: InBox | None = None
 
-    def fit(self, samples: SampleSet, threads: int, values: NDArray[np.float64] | None = None) -> Fit:
+    def fit(self, samples: SampleSet, threads: int, values: Array | None = None) -> Fit:
         """Weights of sample sets and, with values (sets, fields, n) of integrands, the data for their errors."""
         return self.fitter(samples, self.method, threads, values)
 
-    def weigh(self, samples: SampleSet, threads: int) -> NDArray[np.float64]:
+    def weigh(self, samples: SampleSet, threads: int) -> Array:
         """Weights (n,) or (sets, n)."""
         return self.fit(samples, threads).weights.reshape(samples.points.shape[:-1])
 
@@ -305,11 +305,11 @@ def _probed(samples: SampleSet, method: Method, threads: int, values: Array | No
     return Fit(probed_measures(samples.batch, threads))
 
 
-def _voronoi_in_box(points: ArrayLike, box: Bounds, threads: int) -> NDArray[np.float64]:
+def _voronoi_in_box(points: ArrayLike, box: Bounds, threads: int) -> Array:
     return cells(points, bounds=box.sides, threads=threads).measures
 
 
-def _probed_in_box(points: ArrayLike, box: Bounds, threads: int) -> NDArray[np.float64]:
+def _probed_in_box(points: ArrayLike, box: Bounds, threads: int) -> Array:
     sides, _ = box.in_core
     return box.volume * probed_measures(box.to_core(points), threads, sides)
 

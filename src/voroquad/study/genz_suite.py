@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from .._support.arrays import Array
 from .._support.checks import one_of, positive_int
@@ -315,7 +314,7 @@ def _cells(
         yield cell
 
 
-def _log_mse(cell: ErrorCell, settings: GenzSettings) -> NDArray[np.float64]:
+def _log_mse(cell: ErrorCell, settings: GenzSettings) -> Array:
     rounding = [
         np.finfo(float).eps * f.integral for f in instances(cell.d, settings.instances, [settings.seed, cell.d])
     ]

@@ -26,11 +26,12 @@ class ConvexPolyhedron {
 public:
     void reset(const Box<3> &box) {
         reserve(8);
-        for (auto *numbers : {&xyz_[0], &xyz_[1], &xyz_[2], &r2_})
+        for (auto *numbers : {&xyz_[0], &xyz_[1], &xyz_[2], &distance2_})
             std::fill_n(numbers->data(), padded(size_), 0.0);
-        for (std::size_t v = 8; v < size_; ++v) free_[free_.size() - 1 - v] = place(v);
+        for (std::size_t v = 8; v < size_; ++v)
+            free_places_[free_places_.size() - 1 - v] = place(v);
         size_ = 8;
-        free_places_ = free_.size() - 8;
+        free_count_ = free_places_.size() - 8;
         images_.assign(6, {});
         walls_.clear();
         for (std::size_t a = 0; a < 3; ++a) {
@@ -51,7 +52,7 @@ public:
             }
             put(v, {xyz_[0][v], xyz_[1][v], xyz_[2][v]});
         }
-        squared_radius_ = largest(r2_.data(), 8);
+        squared_radius_ = largest(distance2_.data(), 8);
     }
 
     // Keeps what is nearer to the origin than to `q`.
@@ -107,8 +108,8 @@ public:
     template <class Visit>
     void for_each_numbered_face(Visit &&visit) const {
         std::vector<char> walked(4 * size_, 0);
-        for (std::size_t i = 0; i < free_places_; ++i)
-            if (free_[i] < size_) std::fill_n(walked.begin() + 4 * free_[i], 4, 1);
+        for (std::size_t i = 0; i < free_count_; ++i)
+            if (free_places_[i] < size_) std::fill_n(walked.begin() + 4 * free_places_[i], 4, 1);
         std::vector<Point<3>> corners;
         for (std::uint32_t first = 0; first < 4 * size_; ++first) {
             if ((first & 3) == 3 || walked[first]) continue;
@@ -149,22 +150,22 @@ private:
         if (is_frayed() && !cuts_more_than_rounding(half_space)) return;
         find_crossings();
         images_.push_back(q);
-        if (across_.size() < images_.size()) across_.resize(2 * images_.size());
+        if (last_crossing_.size() < images_.size()) last_crossing_.resize(2 * images_.size());
         // The next crossing clockwise around a hole is across the face to the right
-        const std::uint64_t first = crossed_;
+        const std::uint64_t first = crossings_before_;
         if (cross()) {
-            close([&](const Crossing &c) { return across_[c.right] - first; });
+            close([&](const Crossing &c) { return last_crossing_[c.right] - first; });
         } else {
             walk_around_holes();
             close([](const Crossing &c) { return c.next; });
         }
-        squared_radius_ = largest(r2_.data(), padded(size_));
+        squared_radius_ = largest(distance2_.data(), padded(size_));
     }
 
     // Half-edge 4v + k, k = 0, 1, 2, leaves vertex v; the three of a vertex are numbered
     // clockwise from outside.
     static std::uint32_t turn(std::uint32_t edge) { return (edge & 3) == 2 ? edge - 2 : edge + 1; }
-    bool stays(std::uint32_t v) const { return inside_[v] >= 0.0; }
+    bool stays(std::uint32_t v) const { return depth_[v] >= 0.0; }
 
     // Twelve times the signed volume of the tetrahedra at an edge
     double twelve_volumes(std::uint32_t edge) const {
@@ -176,8 +177,8 @@ private:
         return (left[0] - right[0]) * x + (left[1] - right[1]) * y + (left[2] - right[2]) * z;
     }
 
-    // Computes how far inside the plane each vertex lies; returns whether it cuts any off. (Places
-    // without a vertex hold the site, which is inside.)
+    // Computes how far inside the plane each vertex lies. Returns whether the plane cuts any off.
+    // (Places without a vertex hold the site, which is inside.)
     bool evaluate(const HalfSpace<3> &half_space) {
         const auto &[normal, offset] = half_space;
         const double *x = xyz_[0].data(), *y = xyz_[1].data(), *z = xyz_[2].data();
@@ -188,10 +189,10 @@ private:
                 const std::size_t v = block + i;
                 const Vector inside = offset - (normal[0] * load(x + v) + normal[1] * load(y + v) +
                                                 normal[2] * load(z + v));
-                store(&inside_[v], inside);
+                store(&depth_[v], inside);
                 out |= bits_less(inside, Vector{}) << i;
             }
-            out_[block / step] = static_cast<std::uint16_t>(out);
+            cut_off_[block / step] = static_cast<std::uint16_t>(out);
             any |= out;
         }
         return any != 0;
@@ -200,7 +201,7 @@ private:
     // A polyhedron of F faces has at most 2F - 4 vertices (Euler). There are more where planes
     // differ by rounding only, as those of a distant cluster: each cuts off some of the vertices on
     // the plane before and leaves others, so that their number can grow exponentially.
-    bool is_frayed() const { return free_.size() - free_places_ > 2 * images_.size(); }
+    bool is_frayed() const { return free_places_.size() - free_count_ > 2 * images_.size(); }
 
     static constexpr double plane_rounding = 1e-15; // relative to the terms of n·v − offset
     // Keeps vertices that are beyond the plane by no more than rounding; returns whether others are
@@ -209,14 +210,14 @@ private:
         const auto &[normal, offset] = half_space;
         bool any = false;
         for (std::size_t v = 0; v < size_; ++v) {
-            if (inside_[v] >= 0.0) continue;
+            if (depth_[v] >= 0.0) continue;
             double terms = offset;
             for (std::size_t a = 0; a < 3; ++a) terms += std::abs(normal[a] * xyz_[a][v]);
-            if (inside_[v] < -plane_rounding * terms) {
+            if (depth_[v] < -plane_rounding * terms) {
                 any = true;
             } else {
-                inside_[v] = 0.0;
-                out_[v / step] &= static_cast<std::uint16_t>(~(1u << v % step));
+                depth_[v] = 0.0;
+                cut_off_[v / step] &= static_cast<std::uint16_t>(~(1u << v % step));
             }
         }
         return any;
@@ -224,67 +225,69 @@ private:
 
     // Lists the edges that lead from removed vertices to kept ones; frees the places of the former.
     void find_crossings() {
-        removed_ = crossings_ = 0;
+        removed_count_ = crossing_count_ = 0;
         for (std::size_t block = 0; block < size_; block += 4 * step) {
             std::uint64_t out = 0;
             for (std::size_t i = 0; i < 4 && block + i * step < size_; ++i)
-                out |= std::uint64_t{out_[block / step + i]} << (i * step);
+                out |= std::uint64_t{cut_off_[block / step + i]} << (i * step);
             for_each_bit(out, [&](std::size_t i) {
                 const std::uint32_t v = place(block + i);
-                free_[free_places_ + removed_++] = v;
+                free_places_[free_count_ + removed_count_++] = v;
                 for (std::uint32_t edge = 4 * v; edge < 4 * v + 3; ++edge) {
-                    crossing_[crossings_].edge = edge;
-                    crossings_ += stays(twin_[edge] >> 2);
+                    crossings_[crossing_count_].edge = edge;
+                    crossing_count_ += stays(twin_[edge] >> 2);
                 }
             });
         }
-        free_places_ += removed_;
-        if (crossings_ > free_places_) reserve(size_ + crossings_);
+        free_count_ += removed_count_;
+        if (crossing_count_ > free_count_) reserve(size_ + crossing_count_);
     }
 
     // Finds where the crossings lie and which two faces meet there. Returns whether no face is cut
     // twice, so that there is one hole, and stores with each face the crossing that has it to
     // the left.
     bool cross() {
-        const std::uint64_t first = crossed_;
+        const std::uint64_t first = crossings_before_;
         bool once = true;
-        for (std::size_t i = 0; i < crossings_; ++i) {
-            Crossing &c = crossing_[i];
+        for (std::size_t i = 0; i < crossing_count_; ++i) {
+            Crossing &c = crossings_[i];
             c.back = twin_[c.edge];
             c.left = face_[c.edge];
             c.right = face_[c.back];
             const std::uint32_t out = c.edge >> 2, in = c.back >> 2;
-            const double t = inside_[in] / (inside_[in] - inside_[out]);
+            const double t = depth_[in] / (depth_[in] - depth_[out]);
             for (std::size_t a = 0; a < 3; ++a)
                 c.at[a] = xyz_[a][in] + t * (xyz_[a][out] - xyz_[a][in]);
-            once &= across_[c.left] < first;
-            across_[c.left] = first + i;
+            once &= last_crossing_[c.left] < first;
+            last_crossing_[c.left] = first + i;
         }
-        crossed_ += crossings_;
+        crossings_before_ += crossing_count_;
         return once;
     }
 
     // Rounding may leave several holes, or one that comes back to a face: the next crossing ends
     // the removed part of the face's border.
     void walk_around_holes() {
-        for (std::uint32_t i = 0; i < crossings_; ++i) crossing_of_[crossing_[i].edge] = i;
-        for (std::size_t i = 0; i < crossings_; ++i) {
-            std::uint32_t edge = turn(crossing_[i].edge);
+        for (std::uint32_t i = 0; i < crossing_count_; ++i) crossing_of_[crossings_[i].edge] = i;
+        for (std::size_t i = 0; i < crossing_count_; ++i) {
+            std::uint32_t edge = turn(crossings_[i].edge);
             while (!stays(twin_[edge] >> 2)) edge = turn(twin_[edge]);
-            crossing_[i].next = crossing_of_[edge];
+            crossings_[i].next = crossing_of_[edge];
         }
     }
 
-    // Puts a vertex on each crossing and links each to the next around its hole, to faces.
+    // Puts a vertex on each crossing, and links it to the next one around its hole and to its
+    // faces.
     template <class Next>
     void close(Next &&next_of) {
-        if (crossings_ < removed_)
-            for (std::size_t i = 1; i <= removed_; ++i) put(free_[free_places_ - i], {});
+        if (crossing_count_ < removed_count_)
+            for (std::size_t i = 1; i <= removed_count_; ++i)
+                put(free_places_[free_count_ - i], {});
 
         const std::uint32_t face = place(images_.size() - 1);
-        const std::uint32_t *vertex = free_.data() + free_places_ - crossings_;
-        for (std::size_t i = 0; i < crossings_; ++i) {
-            const Crossing &c = crossing_[i];
+        const std::uint32_t *vertex = free_places_.data() + free_count_ - crossing_count_;
+        for (std::size_t i = 0; i < crossing_count_; ++i) {
+            const Crossing &c = crossings_[i];
             const std::uint32_t v = vertex[i], next = vertex[next_of(c)];
             size_ = std::max(size_, std::size_t{v} + 1);
             put(v, c.at);
@@ -296,12 +299,12 @@ private:
             face_[4 * v + 1] = c.right;
             face_[4 * v + 2] = face;
         }
-        free_places_ -= crossings_;
+        free_count_ -= crossing_count_;
     }
 
     void put(std::uint32_t v, const Point<3> &p) {
         for (std::size_t a = 0; a < 3; ++a) xyz_[a][v] = p[a];
-        r2_[v] = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
+        distance2_[v] = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
     }
 
     static std::uint32_t place(std::size_t i) { return static_cast<std::uint32_t>(i); }
@@ -309,48 +312,52 @@ private:
     // Makes room for n vertices. Free places are taken from the end of their list, which holds the
     // lowest.
     void reserve(std::size_t n) {
-        if (r2_.size() >= n) return;
-        const std::size_t room = 2 * padded(n), more = room - r2_.size();
+        if (distance2_.size() >= n) return;
+        const std::size_t room = 2 * padded(n), more = room - distance2_.size();
         for (auto &axis : xyz_) axis.resize(room);
-        inside_.resize(room);
-        r2_.resize(room);
+        depth_.resize(room);
+        distance2_.resize(room);
         twin_.resize(4 * room);
         face_.resize(4 * room);
         crossing_of_.resize(4 * room);
-        out_.resize(room / step);
-        crossing_.resize(3 * room + 1);
+        cut_off_.resize(room / step);
+        crossings_.resize(3 * room + 1);
         std::vector<std::uint32_t> fresh(more);
         for (std::size_t i = 0; i < more; ++i) fresh[i] = place(room - 1 - i);
-        free_.insert(free_.begin(), fresh.begin(), fresh.end());
-        free_places_ += more;
+        free_places_.insert(free_places_.begin(), fresh.begin(), fresh.end());
+        free_count_ += more;
     }
 
-    // An edge that the plane cuts: half-edges from its removed end and from its kept one, the faces
-    // to the left and right of the first, the point where it is cut, the next one around the hole
+    // An edge that the plane cuts
     struct Crossing {
-        std::uint32_t edge, back, left, right, next;
-        Point<3> at;
+        std::uint32_t edge, back;  // its half-edges, from the removed end and from the kept one
+        std::uint32_t left, right; // the faces on either side of the first
+        std::uint32_t next;        // the next crossing around the hole
+        Point<3> at;               // where the plane cuts the edge
     };
 
     // Loops over all vertices take this many at a time: most cells need two steps
     static constexpr std::size_t step = 16;
     static std::size_t padded(std::size_t n) { return (n + step - 1) / step * step; }
 
-    std::size_t size_ = 0; // places in use, some of them free again
-    std::array<std::vector<double>, 3> xyz_;
-    std::vector<double> inside_, r2_;
-    std::vector<std::uint16_t> out_;    // bits of vertices that are cut off, `step` at a time
-    std::vector<std::uint32_t> twin_;   // of each half-edge the opposite one
-    std::vector<std::uint32_t> face_;   // and the face on its left
-    std::vector<Point<3>> images_;      // of the site in each face
-    std::vector<Wall> walls_;           // faces on walls, which an image on them does not tell
-    std::vector<std::uint64_t> across_; // of each face the last crossing that had it to the left
-    std::uint64_t crossed_ = 1;         // crossings so far, of all cells: numbers the next
-    std::vector<std::uint32_t> free_;   // places without a vertex: the first `free_places_`
-    std::size_t free_places_ = 0;
-    std::vector<Crossing> crossing_;
-    std::vector<std::uint32_t> crossing_of_; // of half-edges that cross, where a walk needs it
-    std::size_t crossings_ = 0, removed_ = 0;
+    std::size_t size_ = 0;                   // places in use, some of them free again
+    std::array<std::vector<double>, 3> xyz_; // coordinates of the vertices
+    std::vector<double> distance2_;          // their squared distances from the site
+    std::vector<double> depth_;              // how far inside the last plane they lie
+    std::vector<std::uint16_t> cut_off_;     // bits of those outside it, `step` at a time
+    std::vector<std::uint32_t> twin_;        // for each half-edge, the opposite one
+    std::vector<std::uint32_t> face_;        // for each half-edge, the face on its left
+    std::vector<Point<3>> images_;           // for each face, the mirror image of the site
+    std::vector<Wall> walls_;                // faces on walls, whose image may be the site itself
+    std::vector<std::uint32_t> free_places_; // stack of places without a vertex
+    std::size_t free_count_ = 0;             // its height
+    std::vector<Crossing> crossings_;        // edges that the last plane cuts
+    std::size_t crossing_count_ = 0;
+    std::size_t removed_count_ = 0;          // vertices that the last plane removes
+    std::vector<std::uint32_t> crossing_of_; // for half-edges that cross, the crossing
+    std::uint64_t crossings_before_ = 1;     // crossings of all earlier cuts, of all cells
+    // For each face, the last crossing with this face on its left
+    std::vector<std::uint64_t> last_crossing_;
     double squared_radius_ = 0.0;
 };
 

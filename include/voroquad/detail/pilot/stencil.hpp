@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/simd.hpp>
 
 namespace VOROQUAD::detail {
 
@@ -26,17 +27,19 @@ inline std::size_t stencil_begin(std::size_t i, std::size_t r, std::size_t k) {
     return std::min(i - std::min(i, (r - 1) / 2), k - r);
 }
 
-// Weights of one axis. Sums over them go by fours, and the places behind a stencil hold zeros.
-inline constexpr std::size_t stencil_room = (widest_stencil + 3) / 4 * 4;
+// Weights of one axis, followed by zeros. Whole vectors are read, so a row of a stencil may reach
+// this far behind its first value.
+inline constexpr std::size_t stencil_room = padded(widest_stencil);
 using StencilWeights = std::array<double, stencil_room>;
 
-// What is known of the stencil of one size, by the place of the cell in it, i − begin.
+// The stencil of one size. Vectors are indexed by the place i − begin of the cell in the stencil.
 struct Stencil {
     std::size_t size;
     StencilWeights inverse{};              // 1 / Π_{m ≠ j} (j − m)
     StencilWeights difference{};           // (−1)^j C(r−1, j) / C(r−1, (r−1)/2)
-    std::vector<StencilWeights> cell_mean; // of each basis polynomial over the cell
-    std::vector<double> amplitude; // rms of Π (x − node) over the cell, over that in the middle
+    std::vector<StencilWeights> cell_mean; // mean of each basis polynomial over the cell
+    // Root mean square of Π (x − node) over the cell, relative to that at the middle place
+    std::vector<double> amplitude;
 
     explicit Stencil(std::size_t r) : size(r) {
         const double half = binomial(r - 1, (r - 1) / 2);
@@ -60,10 +63,10 @@ struct Stencil {
     }
 
 private:
-    // Of polynomials in v, from the constant on: whole numbers, which are exact
+    // Coefficients of a polynomial in v, the constant first. They are integers, hence exact.
     using Coefficients = std::vector<double>;
 
-    // Π (v + place − m) over the nodes m but `without`
+    // The product of v + place − m over all nodes m except `without`
     static Coefficients nodes(std::size_t place, std::size_t r, std::size_t without) {
         Coefficients c{1.0};
         for (std::size_t m = 0; m < r; ++m) {
@@ -108,28 +111,29 @@ void lagrange(double v, std::size_t place, const StencilWeights &inverse, double
     for (std::size_t j = 0; j < R; ++j) out[j] = before[j] * behind[j] * inverse[j];
 }
 
-// Four numbers, whatever the processor multiplies at once: all sum in the same order.
-using Four [[gnu::aligned(alignof(double))]] = double __attribute__((vector_size(32)));
+// As many vectors as hold a row of a stencil. Each number of the row is summed by itself, so
+// results do not depend on the width of vectors.
+template <std::size_t R>
+struct RowOfVectors {
+    static constexpr std::size_t count = (R + width - 1) / width;
+    std::array<Vector, count> part{};
 
-template <std::size_t N>
-struct Fours {
-    Four part[N]{};
     void add(const double *from, double weight) {
-        for (std::size_t q = 0; q < N; ++q)
-            part[q] += *reinterpret_cast<const Four *>(from + 4 * q) * weight;
+        for (std::size_t q = 0; q < count; ++q) part[q] += load(from + q * width) * weight;
     }
-    void add(const Fours &other, double weight) {
-        for (std::size_t q = 0; q < N; ++q) part[q] += other.part[q] * weight;
+    void add(const RowOfVectors &other, double weight) {
+        for (std::size_t q = 0; q < count; ++q) part[q] += other.part[q] * weight;
     }
+    double operator[](std::size_t j) const { return part[j / width][j % width]; }
 };
 
-// Σ over a tensor stencil of R^D values from `from` on, with the weights w of each axis. Reads, but
-// does not use, up to three values behind each row of the stencil.
+// The sum over a tensor stencil of R^D values from `from` on, with the weights w of each axis. It
+// reads, but does not use, up to largest_width − 1 values behind each row of the stencil.
 template <std::size_t D, std::size_t R>
 double contract(const double *from, const std::array<std::size_t, D> &stride,
                 const std::array<StencilWeights, D> &w) {
     if constexpr (R == 1) return *from;
-    using Row = Fours<(R + 3) / 4>;
+    using Row = RowOfVectors<R>;
     Row sum;
     if constexpr (D == 1) {
         sum.add(from, 1.0);
@@ -146,7 +150,7 @@ double contract(const double *from, const std::array<std::size_t, D> &stride,
         }
     }
     double total = 0.0;
-    for (std::size_t j = 0; j < R; ++j) total += sum.part[j / 4][j % 4] * w[D - 1][j];
+    for (std::size_t j = 0; j < R; ++j) total += sum[j] * w[D - 1][j];
     return total;
 }
 
