@@ -12,7 +12,8 @@ mutations run on the unchanged copy: they must pass, or their failure would mean
 is applied, its tests run (without those marked slow, up to the first failure), and the file is restored.
 A mutation of C++ is compiled for the baseline of the processor only; all tests use that build.
 
-A mutation is "killed" when a test fails or does not end, and has "survived" when all pass. One that changes
+A mutation is "killed" when a test fails or does not end (in LIMIT seconds of processor time, or twice that by the
+clock, for a deadlock), and has "survived" when all pass. One that changes
 nothing that matters says why under `harmless`; it is expected to survive.
 
 Exit status: 0 if all others were killed, 1 if some survived, 2 if a list does not fit the code, a mutation
@@ -22,6 +23,7 @@ does not compile or does not import, or the tests fail without a mutation.
 from __future__ import annotations
 
 import argparse
+import contextlib
 import importlib.util
 import os
 import resource
@@ -39,7 +41,8 @@ from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 LISTS = ROOT / "scripts" / "mutations"
-#: Seconds of processor time that the tests of one mutation may take: an endless loop is noticed
+#: Seconds of processor time that the tests of one mutation may take, which end an endless loop;
+#: by the clock they may take twice as long, which ends a deadlock
 LIMIT = 900
 
 #: What ends a program for a mistake of its own; other signals come from outside and tell nothing
@@ -188,23 +191,37 @@ class Copy:
         if done.returncode:
             raise Unusable(f"{' '.join(command[:2])} failed:\n{(done.stdout + done.stderr)[-3000:]}")
 
-    def test(self, tests: Iterable[str]) -> tuple[bool, str]:
-        """Whether the tests pass, and the line that says so; Unusable if they cannot run."""
+    def test(self, tests: Iterable[str], limit: int) -> tuple[bool, str]:
+        """Whether the tests pass in time, and the line that says so; Unusable if they cannot run."""
         command = [sys.executable, "-m", "pytest", "-x", "-q", "-m", "not slow", "-p", "no:cacheprovider", "-rf"]
-        done = subprocess.run(
-            [*command, *tests], cwd=self.tree, env=self._environment, capture_output=True, text=True, check=False,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (LIMIT, LIMIT + 60)),
+        process = subprocess.Popen(
+            [*command, *tests], cwd=self.tree, env=self._environment, text=True,
+            stdout=subprocess.PIPE, stderr=subprocess.PIPE, start_new_session=True,
+            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_CPU, (limit, limit + 60)),
         )  # fmt: skip
-        lines = done.stdout.splitlines()
-        if -done.returncode in CRASHES:
-            return False, signal.Signals(-done.returncode).name
-        if done.returncode not in (0, 1):
-            raise Unusable(f"pytest could not run the tests:\n{done.stdout[-3000:]}{done.stderr[-1000:]}")
+        try:
+            output, errors = process.communicate(timeout=2 * limit)
+        except subprocess.TimeoutExpired:
+            return False, f"no end within {2 * limit} s"
+        finally:
+            end_session(process)
+        lines = output.splitlines()
+        if -process.returncode in CRASHES:
+            return False, signal.Signals(-process.returncode).name
+        if process.returncode not in (0, 1):
+            raise Unusable(f"pytest could not run the tests:\n{output[-3000:]}{errors[-1000:]}")
         failed = (line.removeprefix("FAILED ") for line in lines if line.startswith("FAILED "))
-        return done.returncode == 0, next(failed, "".join(lines[-1:]))
+        return process.returncode == 0, next(failed, "".join(lines[-1:]))
 
 
-def run(mutations: Sequence[Mutation], root: Path) -> int:
+def end_session(process: subprocess.Popen[str]) -> None:
+    """End a leader of a session and all that it started."""
+    with contextlib.suppress(ProcessLookupError):
+        os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+
+
+def run(mutations: Sequence[Mutation], root: Path, limit: int) -> int:
     """Apply the mutations one after the other, print what became of each; the exit status."""
     survivors: list[Mutation] = []
     known = 0
@@ -214,7 +231,7 @@ def run(mutations: Sequence[Mutation], root: Path) -> int:
             copy.build_core()
         else:
             copy.borrow_core()
-        passed, line = copy.test(sorted({test for m in mutations for test in m.tests}))
+        passed, line = copy.test(sorted({test for m in mutations for test in m.tests}), limit * len(mutations))
         if not passed:
             raise Unusable(f"the tests fail without a mutation: {line}")
         for m in mutations:
@@ -222,7 +239,7 @@ def run(mutations: Sequence[Mutation], root: Path) -> int:
             before = m.apply(copy.tree)
             if m.compiled:
                 copy.build_core()
-            passed, line = copy.test(m.tests)
+            passed, line = copy.test(m.tests, limit)
             (copy.tree / m.file).write_text(before, encoding="utf-8")  # compiled again with the next mutation
             seconds = time.monotonic() - start
             if not passed:
@@ -247,6 +264,7 @@ def main() -> int:
     parser.add_argument("word", nargs="*", help="choose mutations whose name, file or list contains one of the words")
     parser.add_argument("--check", action="store_true", help="check that the lists fit the code, and run nothing")
     parser.add_argument("--lists", type=Path, default=LISTS, help="folder of the lists (default: scripts/mutations)")
+    parser.add_argument("--limit", type=int, default=LIMIT, help=f"in place of LIMIT seconds, {LIMIT}")
     arguments = parser.parse_args()
     try:
         mutations = read_lists(arguments.lists)
@@ -261,7 +279,7 @@ def main() -> int:
         if arguments.check:
             print(f"{len(mutations)} mutations fit the code")
             return 0
-        return run(sorted(chosen, key=lambda m: m.compiled), ROOT)
+        return run(sorted(chosen, key=lambda m: m.compiled), ROOT, arguments.limit)
     except Unusable as error:
         print(error, file=sys.stderr)
         return 2

@@ -79,3 +79,12 @@ def test_what_the_tests_notice_is_killed_and_the_rest_survives(tmp_path):
     assert done.stdout.endswith("1 of 3 mutations killed, 1 survived, 1 harmless\n")
     assert mutation_test("wrong", "--lists", lists).returncode == 0
     assert (ROOT / "src/voroquad/results/equal_error.py").read_text(encoding="utf-8") == before
+
+
+@pytest.mark.slow
+def test_a_mutation_that_waits_for_ever_is_killed(tmp_path):
+    asleep = ("asleep", WRONG[1], "__import__('time').sleep(1e6)")
+    done = mutation_test("--lists", write_list(tmp_path, asleep), "--limit", "20")
+    assert done.returncode == 0, done.stderr
+    assert "killed    list: asleep" in done.stdout
+    assert "no end within 40 s" in done.stdout
