@@ -271,9 +271,10 @@ class BiasTable:
 
 def _contract(coefficients: Array, polynomials: list[Array]) -> Array:
     """Σ c[q_1, …, q_d] T_{q_1} … T_{q_d} for rows (m, q) of polynomials."""
-    # Products of one shape, filled up with zeros: a row has the same bits whatever rows are beside it
+    # Products of one shape, filled up with zeros: a row has the same bits whatever rows are beside it. Their number
+    # is a power of two, as BLAS adds in another order in rows that are left over from its blocks of four or eight
     first, matrix = polynomials[0], coefficients.reshape(len(coefficients), -1)
-    rows = max(1, _ONE_THREAD // matrix.size)
+    rows = 1 << (_ONE_THREAD // matrix.size).bit_length() - 1
     blocks = np.zeros((-(-len(first) // rows), rows, first.shape[1]))
     blocks.reshape(-1, first.shape[1])[: len(first)] = first
     values = (blocks @ matrix).reshape(-1, matrix.shape[1])[: len(first)]
