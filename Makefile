@@ -5,7 +5,7 @@
 # make test-oldest   the tests of make test with the lowest versions that pyproject.toml admits
 # Another Python, in an environment of its own: make test PYTHON=python3.13 VENV=.venv-3.13
 # Every target makes what it needs first: .venv, the installed package, libLLVM, Clang for the C++ tests,
-# Chromium for the browser tests.
+# Chromium for the browser tests, a compiler for WebAssembly for the live figure.
 
 PYTHON ?= python3
 VENV := .venv
@@ -14,9 +14,9 @@ BUILD := 'scikit-build-core>=0.10' 'nanobind>=2.4' 'cmake>=3.18,<4.2' 'ninja>=1.
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 CORE := $(shell find include src/bindings -name '*.[ch]pp') CMakeLists.txt
-CPP := $(shell find include src/bindings tests/cpp examples/cpp -name '*.[ch]pp')
+CPP := $(shell find include src/bindings src/live tests/cpp examples/cpp -name '*.[ch]pp')
 
-.PHONY: install llvm clang chromium demo test test-all test-oldest wheel lint format docs figures clean
+.PHONY: install llvm clang chromium wasm demo test test-all test-oldest wheel lint format docs figures clean
 
 install: $(VENV)/.installed
 
@@ -42,18 +42,23 @@ clang:
 chromium:
 	@scripts/ensure-chromium.sh
 
-demo: install llvm
+# The live figure: the core in WebAssembly, in a page that the documentation and the demo show
+wasm: install
+	@scripts/ensure-wasm.sh
+	$(BIN)/python scripts/make_live.py
+
+demo: install llvm wasm
 	$(BIN)/voroquad demo -o out
 
 # Two processes of one thread each: threads of both on the same cores would wait for one another
 ONE_THREAD := VOROQUAD_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
 PYTEST := -m pytest -n 2 --dist worksteal
 
-test: install llvm clang chromium lint
+test: install llvm clang chromium wasm lint
 	$(ONE_THREAD) $(BIN)/python $(PYTEST) -m 'not slow'
 
 # The programs that tests start are measured too, and all is put together
-test-all: install llvm clang chromium lint
+test-all: install llvm clang chromium wasm lint
 	$(BIN)/coverage erase
 	$(ONE_THREAD) $(BIN)/coverage run $(PYTEST)
 	$(BIN)/coverage combine -q
@@ -86,7 +91,7 @@ format: install
 	$(BIN)/clang-format -i $(CPP)
 
 # The documentation as a site, build/docs/index.html; a warning is an error
-docs: install
+docs: install wasm
 	$(BIN)/sphinx-build -q -W --keep-going -b html docs build/docs
 
 # The pictures and numbers of README and docs, measured anew

@@ -2,7 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import voroquad
+
+# The live figure, where there was a compiler to make it (make wasm); pages that show it ask for the tag "live"
+live_figure = Path(voroquad.__file__).parent / "report" / "live.html"
+if live_figure.exists():
+    tags.add("live")  # noqa: F821, a name that Sphinx gives
 
 project = "voroquad"
 copyright = "the voroquad authors, MIT licence"
@@ -35,7 +42,7 @@ add_function_parentheses = False
 
 html_theme = "furo"
 html_title = "voroquad"
-html_static_path = ["static"]
+html_static_path = ["static", *([str(live_figure)] if live_figure.exists() else [])]
 html_favicon = "static/favicon.svg"
 html_css_files = ["site.css"]
 html_show_sphinx = False

@@ -1,6 +1,7 @@
 import pytest
 
 from voroquad import cli, demo
+from voroquad.report.page import live_figure
 
 pytest.importorskip("mitsuba", exc_type=ImportError)
 
@@ -20,6 +21,7 @@ def test_demo_ends_with_the_page(tmp_path):
     text = page.read_text(encoding="utf-8")
     assert text.count("<img ") >= 4  # a figure each
     assert text.count('class="comparison"') == 1
+    assert ("<iframe " in text) == bool(live_figure())
 
 
 def test_the_command_prints_the_page(monkeypatch, tmp_path, capsys):

@@ -6,7 +6,7 @@ import os
 from collections.abc import Collection, Sequence
 from pathlib import Path
 
-from .report.page import write_report
+from .report.page import live_figure, write_report
 from .study.run import run_study
 
 TITLE = "voroquad: random samples into good quadrature"
@@ -25,6 +25,8 @@ def run_demo(
     show_progress: bool = True,
 ) -> Path:
     """Run the study and a depth-of-field comparison at a small size, and write ``index.html`` to look at.
+
+    The page begins with the live figure, if the package was built with it.
 
     Parameters
     ----------
@@ -55,4 +57,4 @@ def run_demo(
     study, comparison = out / "study", out / SCENE
     run_study(study, replicates=replicates, max_n=max_n, figures=figures, seed=seed, show_progress=show_progress)
     compare(SCENE, comparison, domain="lens", spp=spp, size=size, seed=seed, show_progress=show_progress)
-    return write_report([comparison, study], out / "index.html", title=TITLE)
+    return write_report([comparison, study], out / "index.html", title=TITLE, live=live_figure())

@@ -34,7 +34,10 @@ PAGE = "index.html"
 
 
 def write_report(
-    folders: Sequence[str | os.PathLike[str]], output: str | os.PathLike[str] | None = None, title: str = ""
+    folders: Sequence[str | os.PathLike[str]],
+    output: str | os.PathLike[str] | None = None,
+    title: str = "",
+    live: str = "",
 ) -> Path:
     """Write one self-contained page that shows the results of one or more folders.
 
@@ -47,6 +50,8 @@ def write_report(
         in the current one.
     title : str, optional
         The page's title; by default that of the results, if they are of one folder.
+    live : str, optional
+        The live figure (:func:`live_figure`), to be shown first.
 
     Returns
     -------
@@ -73,12 +78,19 @@ def write_report(
             comparisons=comparisons,
             library=library() if plots else "",
             version=__version__,
+            live=live,
         )
     )
     output = Path(output) if output is not None else Path(folders[0], PAGE) if len(folders) == 1 else Path(PAGE)
     with atomic_path(output) as temporary:
         temporary.write_text(page, encoding="utf-8")
     return output
+
+
+def live_figure() -> str:
+    """The page of the live figure; empty where the package was built without it (``make wasm`` makes it)."""
+    page = Path(__file__).with_name("live.html")
+    return page.read_text(encoding="utf-8") if page.exists() else ""
 
 
 @cache

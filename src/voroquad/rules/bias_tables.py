@@ -22,6 +22,8 @@ from .._support.files import atomic_path
 
 #: Part of every file name; raise it when values, nodes or layout change.
 _FORMAT = 3
+#: Most nodes across and along a panel, by dimension, where G is integrated point by point, without a table.
+ONE_BY_ONE = {2: (24, 20), 3: (12, 12)}
 _POINTS_AT_A_TIME = 4096  # when interpolating
 #: Largest number of products that OpenBLAS computes on one thread. Beyond it, starting threads for so thin a matrix
 #: takes longer than the product.
@@ -214,9 +216,7 @@ def table_plan(n: int, d: int, strata: tuple[int, ...] | None) -> Plan:
 def directly(x: Array, n: int, strata: tuple[int, ...] | None) -> Array:
     """G at points (m, d) by quadrature at each, to 1e-5 or better."""
     d = x.shape[1]
-    if strata is None:
-        return integrate(x, n, strata, (24, 20) if d == 2 else (12, 12))
-    return integrate(x, n, strata, (24, 20) if d == 2 else (10, 8))
+    return integrate(x, n, strata, (10, 8) if strata and d == 3 else ONE_BY_ONE[d])
 
 
 def integrate(x: Array, n: int, strata: tuple[int, ...] | None, resolution: tuple[int, int]) -> Array:
