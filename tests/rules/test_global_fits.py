@@ -8,6 +8,7 @@ import pytest
 import voroquad as vq
 from voroquad.designs.multi_jittered import period
 from voroquad.rules.global_fits import SAMPLES_PER_TERM, GlobalFits, degrees
+from voroquad.rules.groups import Groups
 from voroquad.rules.kriging_rules import strata_in_colours
 from voroquad.rules.polynomials import at_points, over_boxes, powers_up_to
 
@@ -37,29 +38,43 @@ def from_scratch(points, known, f, degree):
     return np.linalg.lstsq(terms[known], f[:, known].T, rcond=None)[0].T, terms
 
 
-@pytest.mark.parametrize("left_out", [(0,), (0, 1), (2, 5)])
-def test_residuals_are_those_of_fits_from_scratch(case, left_out):
+def fits_of(points, group, axes, tried):
+    return GlobalFits(points, Groups.of(group, group.max() + 1), axes, tried)
+
+
+@pytest.mark.parametrize("left_out", [(0, 1), (2, 5)])
+def test_squares_are_those_of_fits_from_scratch(case, left_out):
     points, group, axes, tried, f = case
     out = np.isin(group, left_out)
-    found = GlobalFits(points, group, axes, tried).left_out(left_out, f)
-    for residuals, degree in zip(found, tried, strict=True):
+    pairs = np.array([[1, 2], left_out])
+    found = fits_of(points, group, axes, tried).squares(pairs, f)
+    assert found.shape == (len(tried), 2, 2, 2)
+    for squares, degree in zip(found[:, :, 1], tried, strict=True):
         coefficients, terms = from_scratch(points, ~out, f, degree)
-        np.testing.assert_allclose(residuals, f[:, out] - coefficients @ terms[out].T, atol=1e-10)
+        missed = np.square(f - coefficients @ terms.T)
+        expected = np.stack([missed[:, group == g].sum(axis=1) for g in left_out], axis=1)
+        np.testing.assert_allclose(squares, expected, rtol=1e-8, atol=1e-20)
 
 
-def test_values_of_another_integrand_are_not_mistaken_for_those_before(case):
+def test_residuals_are_those_of_fits_from_scratch(case):
     points, group, axes, tried, f = case
-    fits = GlobalFits(points, group, axes, tried)
-    fits.left_out((0,), f)
-    np.testing.assert_allclose(fits.left_out((1,), 2 * f), 2 * fits.left_out((1,), f), rtol=1e-12)
+    fits = fits_of(points, group, axes, tried)
+    for which, degree in enumerate(tried):
+        residuals = fits.residuals(which, np.array([1, 0]), f)
+        assert (residuals[:, group > 1] == 0).all()
+        for c in (0, 1):
+            out = group == c
+            coefficients, terms = from_scratch(points, ~out, f, degree)
+            np.testing.assert_allclose(residuals[:, out], f[:, out] - coefficients @ terms[out].T, atol=1e-10)
 
 
 def test_weights_are_the_integral_and_the_corrections(case):
     points, group, axes, tried, f = case
-    fits = GlobalFits(points, group, axes, tried)
-    for c in np.unique(group):
-        out = group == c
-        for weights, degree in zip(fits.weights(c), tried, strict=True):
+    fits = fits_of(points, group, axes, tried)
+    groups = np.array([2, 0])
+    for which, degree in enumerate(tried):
+        for c, weights in zip(groups, fits.weights(which, groups), strict=True):
+            out = group == c
             coefficients, terms = from_scratch(points, ~out, f, degree)
             integrals = over_boxes(axes, powers_up_to(degree, points.shape[1]))[c]
             expected = coefficients @ integrals + (f[:, out] - coefficients @ terms[out].T).sum(axis=1)
@@ -69,10 +84,23 @@ def test_weights_are_the_integral_and_the_corrections(case):
 def test_a_polynomial_that_the_others_do_not_determine_is_no_candidate():
     """Of 12 samples, 4 are left: enough for degree 1, in the plane, and not for degree 2."""
     samples = vq.sample("stratified", 12, 2, rng=1)
-    group, axes = strata_in_colours(samples.strata, 2)
-    group = np.where(np.arange(12) < 8, 0, 1)
+    _, axes = strata_in_colours(samples.strata, 2)
+    group = np.where(np.arange(12) < 8, np.arange(12) % 2, 2)
     f = np.exp(samples.points.sum(axis=1))[None]
-    found = GlobalFits(samples.points, group, axes, (1, 2)).left_out((0,), f)
-    coefficients, terms = from_scratch(samples.points, group == 1, f, 1)
-    np.testing.assert_allclose(found[0], f[:, :8] - coefficients @ terms[:8].T, atol=1e-10)
-    assert (found[1] == np.inf).all()
+    squares = fits_of(samples.points, group, axes, (1, 2)).squares(np.array([[0, 1], [0, 2]]), f)
+    coefficients, terms = from_scratch(samples.points, group == 2, f, 1)
+    missed = np.square(f - coefficients @ terms.T)[0]
+    np.testing.assert_allclose(squares[0, 0, 0], [missed[group == 0].sum(), missed[group == 1].sum()], atol=1e-10)
+    assert (squares[1, 0] == np.inf).all()
+    assert np.isfinite(squares[0]).all()
+
+
+def test_terms_that_are_singular_to_rounding_are_orthonormalised_all_the_same():
+    """On a tiny square high powers are all but alike: the Cholesky factor of their products does not exist."""
+    samples = vq.sample("multi-jittered", 64, 2, rng=1)
+    points = 0.5 + 1e-3 * samples.points
+    group, axes = strata_in_colours(samples.strata, 3)
+    f = np.exp(points.sum(axis=1))[None]
+    fits = fits_of(points, group, axes, (1, 4))
+    linear, quartic = (abs(fits.residuals(which, np.arange(9), f)).max() for which in range(2))
+    assert quartic < 1e-3 * linear

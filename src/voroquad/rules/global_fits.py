@@ -1,7 +1,7 @@
 """Polynomials of several degrees, each fitted to a whole set by least squares, with groups of samples left out.
 
-With the terms in the order of their total degree, A = Q R, a lower degree has the first columns of Q and the leading
-block of the Cholesky factor of 1 − Q_uᵀ Q_u, which leaves out the samples u: one factorisation serves all degrees.
+With the terms in the order of their total degree, a lower degree has the first columns of a basis and the leading block
+of a Cholesky factor: one factorisation without some samples serves all degrees.
 """
 
 from __future__ import annotations
@@ -10,9 +10,11 @@ import math
 from collections.abc import Sequence
 
 import numpy as np
+from scipy.linalg.blas import dtrsm
 from scipy.linalg.lapack import dpotrf, dtrtrs
 
 from .._support.arrays import Array, Indices
+from .groups import Groups
 from .polynomials import Intervals, at_points, over_boxes, powers_up_to
 
 #: Samples per term of the degrees that are tried.
@@ -44,8 +46,8 @@ class GlobalFits:
     ----------
     points : ndarray, (n, d)
         The samples.
-    group : ndarray, (n,)
-        Their groups, from 0 on.
+    groups : Groups
+        Of the samples.
     axes : sequence of Intervals
         Whose parts make up the distributions of the samples, by group.
     degrees : sequence of int
@@ -53,74 +55,100 @@ class GlobalFits:
 
     Notes
     -----
-    With B = 1 − Q Qᵀ the residuals of the fit to all samples are B f, and without the samples u, as for kriging
-    (docs/theory.md, (19) and (31)), those at u are
+    In a basis Q (n, terms) of the polynomials that is nearly orthonormal over all samples, the fit without the samples
+    u has the coefficients
 
-        B_uu⁻¹ (B f)_u = b + Q_u (1 − Q_uᵀ Q_u)⁻¹ Q_uᵀ b ,   b = (B f)_u .
+        β = S⁻¹ (Qᵀ f − Q_uᵀ f_u) ,   S = Qᵀ Q − Q_uᵀ Q_u ,
+
+    where QᵀQ is the sum of the Q_cᵀ Q_c of the groups, which are computed once (docs/theory.md, (31)).
     """
 
-    def __init__(self, points: Array, group: Indices, axes: Sequence[Intervals], degrees: Sequence[int]):
+    def __init__(self, points: Array, groups: Groups, axes: Sequence[Intervals], degrees: Sequence[int]):
         d = points.shape[1]
         self.names = tuple(f"degree {p}" for p in degrees)
         powers = powers_up_to(degrees[-1], d)
-        counts = np.array([math.comb(p + d, d) for p in degrees])
+        self._counts = np.array([math.comb(p + d, d) for p in degrees])
         # Which terms (terms, degrees, 1) each degree has
-        self._has = (np.arange(len(powers))[:, None] < counts).astype(np.float64)[..., None]
-        self._q, r = np.linalg.qr(at_points(points, powers))
-        measures = over_boxes(axes, powers)
-        self._over_groups = dtrtrs(r, measures.T, lower=0, trans=1)[0].T  # (groups, terms)
-        self._members = [np.flatnonzero(group == c) for c in range(len(measures))]
-        self._grams = np.stack([self._q[m].T @ self._q[m] for m in self._members])
-        self._values, self._missed = np.empty((0, len(points))), np.empty((len(points), len(degrees), 0))
+        self._has = (np.arange(len(powers))[:, None] < self._counts).astype(np.float64)[..., None]
+        self._basis, self._over_groups = _orthonormal(at_points(points, powers), over_boxes(axes, powers))
+        self._groups, self._by_group = groups, groups.pick(self._basis)
+        self._grams = self._by_group.mT @ self._by_group
+        self._whole = self._grams.sum(axis=0)
+        self._alone: dict[tuple[int, int], Array] = {}
 
-    def left_out(self, groups: tuple[int, ...], values: Array) -> Array:
-        """What predictions without these groups miss of their values (fields, n), (degrees, fields, samples).
+    def squares(self, pairs: Indices, values: Array) -> Array:
+        """As :class:`voroquad.rules.model_choice.Candidates` has it.
 
-        The samples come in the order of the set. Where the others do not determine a polynomial, infinity.
+        Where the other samples do not determine a polynomial, infinity.
         """
-        if values is not self._values:
-            self._values, self._missed = values, self._apply(values.T[:, None])
-        out = self._samples(groups)
-        missed = self._solve(groups, out, self._missed[out])
-        return np.moveaxis(missed, 0, -1)
+        by_group = self._groups.pick(values.T)
+        sums = self._by_group.mT @ by_group
+        total, squares = sums.sum(axis=0), np.empty((*pairs.shape, len(self._counts), len(values)))
+        for one, pair in enumerate(pairs):
+            factor, known = self._factor(pair, self._counts[-1])
+            fits = self._solve(factor, total - sums[pair].sum(axis=0), self._has)
+            for side, c in enumerate(pair):
+                missed = by_group[c][:, None] - (self._by_group[c] @ fits).reshape(-1, *squares.shape[2:])
+                squares[one, side] = np.square(missed).sum(axis=0)
+            squares[one][:, self._counts > known] = np.inf
+        return np.moveaxis(squares, (2, 3), (0, 1))
 
-    def weights(self, group: int) -> Array:
-        """v + B y with y_c = B_cc⁻¹ (1 − v_c), as those of kriging, (21): (degrees, n)."""
-        out = self._members[group]
-        v = _product(self._q, self._over_groups[group][:, None, None] * self._has)
-        y = np.zeros_like(v)
-        y[out] = self._solve((group,), out, 1 - v[out])
-        return (v + self._apply(y))[..., 0].T
+    def residuals(self, which: int, groups: Indices, values: Array) -> Array:
+        """As :class:`voroquad.rules.model_choice.Candidates` has it."""
+        terms, residuals = self._counts[which], np.zeros_like(values)
+        basis = self._basis[:, :terms]
+        total = basis.T @ values.T
+        for c in groups:
+            out = self._groups.members[c][self._groups.real[c] > 0]
+            right = total - basis[out].T @ values[:, out].T
+            residuals[:, out] = values[:, out] - (basis[out] @ self._fit_alone(c, terms, right)).T
+        return residuals
 
-    def _apply(self, right: Array) -> Array:
-        """B times right-hand sides (n, degrees or 1, fields): (n, degrees, fields)."""
-        return right - _product(self._q, _product(self._q.T, right) * self._has)
+    def weights(self, which: int, groups: Indices) -> Array:
+        """As :class:`voroquad.rules.model_choice.Candidates` has it: 1 for a group, Q S⁻¹ (∫Q − Σ Q_c) elsewhere."""
+        terms = self._counts[which]
+        right = self._over_groups[groups, :terms] - self._by_group[groups, :, :terms].sum(axis=1)
+        solved = np.array([self._fit_alone(c, terms, r[:, None])[:, 0] for c, r in zip(groups, right, strict=True)])
+        weights = solved @ self._basis[:, :terms].T
+        real = self._groups.real[groups] > 0
+        weights[np.nonzero(real)[0], self._groups.members[groups][real]] = 1
+        return weights
 
-    def _solve(self, groups: tuple[int, ...], out: Indices, b: Array) -> Array:
-        """B_uu⁻¹ b for right-hand sides (samples u, degrees, fields)."""
-        q = self._q[out]
-        left = np.eye(q.shape[1]) - self._grams[list(groups)].sum(axis=0)
-        factor, failed = dpotrf(left, lower=1)
-        known = len(left)
-        if failed:  # the rest of the rows is cut off from those that are known
-            known = failed - 1
-            factor[known:], factor[np.arange(known, len(left)), np.arange(known, len(left))] = 0, 1
-        right = _product(q.T, b) * self._has
-        z = _triangular(factor, right, 0) * self._has  # the leading block of L solves a lower degree
-        solved = b + _product(q, _triangular(factor, z, 1))
-        solved[:, self._has[:, :, 0].sum(axis=0) > known] = np.inf
-        return solved
+    def _fit_alone(self, group: int, terms: int, right: Array) -> Array:
+        """S⁻¹ times right-hand sides (terms, fields), without one group."""
+        if (group, terms) not in self._alone:
+            self._alone[group, terms] = self._factor(np.array([group]), terms)[0]
+        return self._solve(self._alone[group, terms], right, np.ones((terms, 1, 1)))
 
-    def _samples(self, groups: tuple[int, ...]) -> Indices:
-        return np.sort(np.concatenate([self._members[c] for c in groups]))
+    def _factor(self, groups: Indices, terms: int) -> tuple[Array, int]:
+        """The Cholesky factor of S for the first terms, without some groups, and how many the others determine."""
+        left = self._whole[:terms, :terms].copy()
+        for c in groups:
+            left -= self._grams[c, :terms, :terms]
+        factor, failed = dpotrf(left.T, lower=1, overwrite_a=1)
+        if not failed:
+            return factor, terms
+        known = failed - 1  # the rest of the rows is cut off from those that are known
+        factor[known:], factor[np.arange(known, terms), np.arange(known, terms)] = 0, 1
+        return factor, known
+
+    @staticmethod
+    def _solve(factor: Array, right: Array, has: Array) -> Array:
+        """S⁻¹ times right-hand sides (terms, fields) for each degree that has some terms: (terms, degrees · fields)."""
+        z, _ = dtrtrs(factor, right, lower=1)
+        by_degree = z[:, None] * has  # the leading block of the factor solves a lower degree
+        solved, _ = dtrtrs(factor, by_degree.reshape(len(z), -1), lower=1, trans=1)
+        return np.asarray(solved)
 
 
-def _product(matrix: Array, right: Array) -> Array:
-    """The product with right-hand sides (m, degrees, fields)."""
-    return (matrix @ right.reshape(len(right), -1)).reshape(-1, *right.shape[1:])
+def _orthonormal(terms: Array, measures: Array) -> tuple[Array, Array]:
+    """Terms (n, terms) in a basis that is nearly orthonormal over the samples, lower degrees first; their integrals.
 
-
-def _triangular(factor: Array, right: Array, transposed: int) -> Array:
-    """L⁻¹ or L^−ᵀ times right-hand sides (terms, degrees, fields)."""
-    solved, _ = dtrtrs(factor, right.reshape(len(right), -1), lower=1, trans=transposed)
-    return np.asarray(solved).reshape(right.shape)
+    With the Cholesky factor of the terms' products, or the factor R of QR where these are singular to rounding.
+    """
+    root, failed = dpotrf((terms.T @ terms).T, lower=0, overwrite_a=1)
+    if failed:
+        root = np.linalg.qr(terms, mode="r")
+    both = np.concatenate([terms, measures])
+    basis = dtrsm(1.0, root, both.T, side=0, lower=0, trans_a=1).T
+    return basis[: len(terms)], basis[len(terms) :]

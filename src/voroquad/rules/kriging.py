@@ -37,6 +37,9 @@ DRIFT, SAMPLES_PER_TERM = 9, 12
 #: most 650. Clusters have far larger ones, with which weights would be wild and their sum 1 to a few digits only.
 LARGEST_CONDITION = 2e3
 
+#: Rows of a matrix that are mirrored at a time.
+_SIDE = 64
+
 
 @dataclass(frozen=True)
 class Model:
@@ -179,9 +182,13 @@ def _invert_covariance(points: Array, assumed: Model, threads: int, inverse: Arr
     covariance = _core.matern_matrix(np.ascontiguousarray(points), assumed.length, threads).T
     covariance[np.diag_indices(len(points))] += assumed.noise
     factor, _ = dpotrf(covariance, lower=1, overwrite_a=1)
-    lower, _ = dpotri(factor, lower=1, overwrite_c=1)  # zero above the diagonal, as the factor is
-    np.add(lower, lower.T, out=inverse)
-    inverse[np.diag_indices(len(points))] /= 2
+    lower, _ = dpotri(factor, lower=1, overwrite_c=1)
+    for first in range(0, len(points), _SIDE):  # in parts, as a whole transpose would miss the cache
+        rows = slice(first, first + _SIDE)
+        inverse[rows, :first] = lower[rows, :first]
+        inverse[:first, rows] = lower[rows, :first].T
+        block = np.tril(lower[rows, rows])
+        inverse[rows, rows] = block + np.tril(block, -1).T
 
 
 def _groups_of_equal_size(group: Indices) -> Iterator[Indices]:

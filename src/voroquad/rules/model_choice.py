@@ -11,6 +11,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
@@ -18,16 +19,19 @@ import numpy as np
 from .._support.arrays import Array, Indices
 from .._support.blas import one_blas_thread
 from .global_fits import GlobalFits, degrees
-from .kriging import Kriging, model
+from .groups import Groups
 from .kriging_rules import strata_in_colours
-from .polynomials import Intervals
+from .tiled_kriging import TiledKriging
 
 #: Kriging is left where another model has less than this part of its squared error. What gains little may be luck.
 HYSTERESIS = 0.5
 
-#: How many samples of other groups are to be predicted to choose for a group, and the most groups that are taken for
-#: it on either side, in cyclic order.
+#: About how many samples of other groups are to be predicted to choose for a group, and the most groups that are taken
+#: for it on either side, in cyclic order.
 SCORED, PARTNERS = 60, 4
+
+#: Components of an integrand that are computed together: more take more memory.
+FIELDS_AT_ONCE = 64
 
 
 class Candidates(Protocol):
@@ -35,11 +39,23 @@ class Candidates(Protocol):
 
     names: tuple[str, ...]
 
-    def left_out(self, groups: tuple[int, ...], values: Array) -> Array:
-        """What predictions without these groups miss of their values (fields, n), (models, fields, samples)."""
+    def squares(self, pairs: Indices, values: Array) -> Array:
+        """What predictions without two groups miss of the values (fields, n) of their samples.
 
-    def weights(self, group: int) -> Array:
-        """What each sample counts (models, n) in n times the part of the estimate that belongs to a group."""
+        Squared and added up over either group of pairs (pairs, 2): (models, fields, pairs, 2).
+        """
+
+    def residuals(self, which: int, groups: Indices, values: Array) -> Array:
+        """What predictions by one of the models, each without one of some groups, miss of its values: (fields, n).
+
+        For samples of other groups the entries are 0.
+        """
+
+    def weights(self, which: int, groups: Indices) -> Array:
+        """What each sample counts in n times the parts of the estimate that belong to groups: (groups, n).
+
+        By one of the models.
+        """
 
 
 @dataclass(frozen=True)
@@ -50,33 +66,6 @@ class Choice:
     residuals: Array  # (sets, fields, n)
     names: tuple[str, ...]
     chosen: Indices  # (sets, fields, groups)
-
-
-class KrigingCandidate:
-    """Kriging as the only one of its kind."""
-
-    names: tuple[str, ...] = ("kriging",)
-
-    def __init__(self, points: Array, group: Indices, axes: Sequence[Intervals], threads: int):
-        n, d = points.shape
-        self._kriging, self._group = Kriging(points, model(n, d), threads), group
-        self._integrals = self._kriging.integrals(self._kriging.over_boxes(axes))
-        self._values, self._applied = np.empty((0, n)), np.empty((0, n))
-
-    def left_out(self, groups: tuple[int, ...], values: Array) -> Array:
-        """B_uu^−1 (B f)_u."""
-        if values is not self._values:
-            self._values, self._applied = values, self._kriging.apply(values)
-        (out,) = np.nonzero(np.isin(self._group, groups))
-        return np.linalg.solve(self._kriging.blocks(out[None])[0], self._applied[:, out].T).T[None]
-
-    def weights(self, group: int) -> Array:
-        """v + B y with y_c = B_cc^−1 (1 − v_c)."""
-        (out,) = np.nonzero(self._group == group)
-        v = self._integrals[group]
-        y = np.zeros((1, len(v)))
-        y[0, out] = np.linalg.solve(self._kriging.blocks(out[None])[0], 1 - v[out])
-        return v + self._kriging.apply(y)
 
 
 @one_blas_thread
@@ -98,57 +87,70 @@ def choose_in_strata(points: Array, strata: tuple[int, ...], period: int, values
     """
     n, d = points.shape[1:]
     group, axes = strata_in_colours(strata, period)
+    groups = Groups.of(group, group.max() + 1)
     tried = degrees(n, d)
-    found = []
-    for x, f in zip(points, values, strict=True):
-        candidates: list[Candidates] = [KrigingCandidate(x, group, axes, threads)]
+    weights, residuals = np.empty_like(values), np.empty_like(values)
+    chosen = np.empty((*values.shape[:2], len(groups.members)), dtype=np.intp)
+    for s, x in enumerate(points):
+        candidates: list[Candidates] = [TiledKriging(x, strata, period, threads)]
         if tried:
-            candidates.append(GlobalFits(x, group, axes, tried))
-        names = tuple(itertools.chain.from_iterable(some.names for some in candidates))
-        found.append(_choose(candidates, group, f))
-    weights, residuals, chosen = (np.stack(x) for x in zip(*found, strict=True))
+            candidates.append(GlobalFits(x, groups, axes, tried))
+        for first in range(0, values.shape[1], FIELDS_AT_ONCE):
+            some = slice(first, first + FIELDS_AT_ONCE)
+            weights[s, some], residuals[s, some], chosen[s, some] = _choose(candidates, group, values[s, some])
+    names = tuple(itertools.chain.from_iterable(some.names for some in candidates))
     return Choice(weights / n, residuals, names, chosen)
 
 
 def _choose(candidates: Sequence[Candidates], group: Indices, values: Array) -> tuple[Array, Array, Indices]:
     """Weights and residuals (fields, n), and models (fields, groups), of one set."""
-    groups = np.unique(group)
-    squares = scores(candidates, groups, group, values)
-    squares[0] *= HYSTERESIS
-    best = np.argmin(squares, axis=0)
-    weights, residuals = np.zeros_like(values), np.empty_like(values)
-    for c in groups:
-        alone = np.concatenate([some.left_out((c,), values) for some in candidates])
-        counts = np.concatenate([some.weights(c) for some in candidates])
-        weights += counts[best[:, c]]
-        residuals[:, group == c] = alone[best[:, c], np.arange(len(values))]
+    pairs = partners(int(group.max()) + 1, len(group))
+    judged = scores(np.concatenate([some.squares(pairs, values) for some in candidates]), pairs, group.max() + 1)
+    judged[0] *= HYSTERESIS
+    best = np.argmin(judged, axis=0)
+    weights, residuals = np.zeros_like(values), np.zeros_like(values)
+    models = itertools.chain.from_iterable(enumerate([some] * len(some.names)) for some in candidates)
+    for model, (which, of) in enumerate(models):
+        taken = best == model
+        fields, groups = (np.flatnonzero(taken.any(axis=axis)) for axis in (1, 0))
+        if len(fields):
+            taken = taken[fields]
+            weights[fields] += taken[:, groups] @ of.weights(which, groups)
+            residuals[fields] += np.where(taken[:, group], of.residuals(which, groups, values[fields]), 0)
     return weights, residuals, best
 
 
-def scores(candidates: Sequence[Candidates], groups: Indices, group: Indices, values: Array) -> Array:
+def scores(squares: Array, pairs: Indices, count: int) -> Array:
     """Σ_e Σ_{i∈e} (f_i − f̂(x_i))², with f̂ from the samples of neither c nor e: (models, fields, groups c).
 
-    What cannot be predicted scores infinity.
+    From the squared errors (models, fields, pairs, 2) of pairs (c, e). What cannot be predicted scores infinity.
     """
-    models = sum(len(some.names) for some in candidates)
-    squares = np.zeros((models, len(values), group.max() + 1))
-    for c, e in partners(groups, len(group)):
-        members = group[np.isin(group, (c, e))]
-        missed = np.square(np.concatenate([some.left_out((c, e), values) for some in candidates]))
-        squares[..., c] += missed[..., members == e].sum(axis=-1)
-        squares[..., e] += missed[..., members == c].sum(axis=-1)
-    squares[np.isnan(squares)] = np.inf
-    return squares
+    judged = np.zeros((*squares.shape[:2], count))
+    for one, (c, e) in enumerate(pairs):
+        judged[..., c] += squares[..., one, 1]
+        judged[..., e] += squares[..., one, 0]
+    judged[np.isnan(judged)] = np.inf
+    return judged
 
 
-def partners(groups: Indices, samples: int) -> list[tuple[int, int]]:
-    """The pairs of groups that are left out together: each with so many on either side as make :data:`SCORED` samples.
+@lru_cache(maxsize=64)
+def partners(count: int, samples: int) -> Indices:
+    """The pairs (pairs, 2) of groups that are left out together: each judges the other.
 
-    Of fewer than three groups none, as nothing would be left.
+    A group gets partners with about :data:`SCORED` samples in all: one, or the same number on either side in
+    cyclic order. Of fewer than three groups none, as nothing would be left.
+
+    Examples
+    --------
+    >>> from voroquad.rules.model_choice import partners
+    >>> partners(9, 1024).tolist(), len(partners(9, 256)), len(partners(9, 128))
+    ([[0, 1], [2, 3], [4, 5], [6, 7], [0, 8]], 9, 18)
     """
-    count = len(groups)
     if count < 3:
-        return []
-    reach = min(PARTNERS, count // 2, -(-SCORED * count // (2 * samples)))
-    pairs = {frozenset((i, (i + step) % count)) for i in range(count) for step in range(1, reach + 1)}
-    return sorted((int(groups[min(pair)]), int(groups[max(pair)])) for pair in pairs)
+        return np.empty((0, 2), dtype=np.intp)
+    wanted = round(SCORED * count / samples)
+    if wanted <= 1:
+        return np.array([((i, i + 1) if i + 1 < count else (0, i)) for i in range(0, count, 2)], dtype=np.intp)
+    reach = min(PARTNERS, count // 2, -(-wanted // 2))
+    pairs = {tuple(sorted((i, (i + step) % count))) for i in range(count) for step in range(1, reach + 1)}
+    return np.array(sorted(pairs), dtype=np.intp)

@@ -37,8 +37,7 @@ public:
             }
         };
         parallel_for(n_, 32, threads, fill, pause);
-        for (std::size_t i = 0; i < n_; ++i)
-            for (std::size_t j = 0; j < i; ++j) k[j * n_ + i] = k[i * n_ + j];
+        mirror(k);
     }
 
     // The matrix (m, n) of k between other points and these; `at` are (m, d).
@@ -59,6 +58,18 @@ private:
     // Axes whose polynomials are multiplied before their exponentials: the product of all could
     // overflow.
     static constexpr std::size_t axes_at_once = 16;
+
+    // Side of the blocks that a matrix is mirrored by: two of them fit in the fastest cache.
+    static constexpr std::size_t side = 32;
+
+    // Copies what is below the diagonal of a matrix (n, n) to above it.
+    void mirror(double *k) const {
+        for (std::size_t top = 0; top < n_; top += side)
+            for (std::size_t left = 0; left <= top; left += side)
+                for (std::size_t i = top; i < std::min(n_, top + side); ++i)
+                    for (std::size_t j = left; j < std::min(i, left + side); ++j)
+                        k[j * n_ + i] = k[i * n_ + j];
+    }
 
     // k between x, in scaled coordinates, and the first `count` points.
     void row(const double *x, std::size_t count, double *sum, double *k) const {
