@@ -8,7 +8,6 @@ writes benchmarks/results/bias_tables.csv. Errors are against the quadrature at 
 
 from __future__ import annotations
 
-import csv
 import os
 import time
 from pathlib import Path
@@ -18,6 +17,7 @@ os.environ.setdefault("VOROQUAD_NUM_THREADS", "1")
 import numpy as np
 
 from voroquad.rules.bias_tables import BiasTable, directly, table_plan
+from voroquad.study.drawing import write_rows
 
 RESULTS = Path(__file__).parent / "results" / "bias_tables.csv"
 CASES: list[tuple[int, int, tuple[int, ...] | None]] = [
@@ -54,11 +54,7 @@ def main() -> None:
             }
         )
         print(*rows[-1].values(), sep="  ", flush=True)
-    RESULTS.parent.mkdir(exist_ok=True)
-    with RESULTS.open("w", newline="") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
+    write_rows(RESULTS, rows)
 
 
 def timed(make):  # type: ignore[no-untyped-def]

@@ -9,7 +9,6 @@ Bernoulli 2024) is a comparator, written in peer_rules.py from its formula.
 from __future__ import annotations
 
 import argparse
-import csv
 from collections.abc import Callable
 from pathlib import Path
 
@@ -19,6 +18,7 @@ from peer_rules import control_neighbours
 from scipy.integrate import dblquad
 
 import voroquad as vq
+from voroquad.study.drawing import write_rows
 
 Floats = NDArray[np.float64]
 RESULTS = Path(__file__).parent / "results" / "order0_rules.csv"
@@ -75,11 +75,7 @@ def main() -> None:
                         }
                     )
                     print(*rows[-1].values(), sep="  ", flush=True)
-    RESULTS.parent.mkdir(exist_ok=True)
-    with RESULTS.open("w", newline="") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
+    write_rows(RESULTS, rows)
 
 
 if __name__ == "__main__":

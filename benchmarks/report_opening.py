@@ -22,6 +22,7 @@ from playwright.sync_api import Browser, sync_playwright
 
 from voroquad.report.page import write_report
 from voroquad.results.manifest import Results
+from voroquad.study.drawing import write_rows
 
 RESULT = Path(__file__).parent / "results" / "report_opening.csv"
 
@@ -35,10 +36,7 @@ def report_of(folder: Path, methods: int, to: Path) -> Path:
     comparison.renderings = [r for r in comparison.renderings if r.method in kept]
     with (folder / comparison.csv).open(newline="", encoding="utf-8") as file:
         rows = [row for row in csv.DictReader(file) if row["method"] in kept]
-    with (to / comparison.csv).open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, list(rows[0]))
-        writer.writeheader()
-        writer.writerows(rows)
+    write_rows(to / comparison.csv, rows)
     results.write(to)
     return write_report([to])
 

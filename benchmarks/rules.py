@@ -9,13 +9,13 @@ docs/rules.md has its tables from here (scripts/publish_tables.py).
 
 from __future__ import annotations
 
-import csv
 from pathlib import Path
 
 import numpy as np
 
 from voroquad.designs.sampling import sample
 from voroquad.study.convergence import Measurement, Scheme, measure
+from voroquad.study.drawing import write_rows
 from voroquad.study.functions import INTEGRANDS
 
 RESULT = Path(__file__).parent / "results" / "rules.csv"
@@ -64,10 +64,7 @@ def main() -> None:
         spread = {(m, n): absolute_sum(m, n, d) for m in methods for n in SIZES}
         plain = {(m.integrand, m.n): m.mse for m in measured if m.method == methods[0]}
         rows += [row(d, m, plain[m.integrand, m.n] / m.mse, spread[m.method, m.n]) for m in measured]
-    with RESULT.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.DictWriter(file, rows[0])
-        writer.writeheader()
-        writer.writerows(rows)
+    write_rows(RESULT, rows)
 
 
 def absolute_sum(method: Scheme, n: int, d: int) -> float:

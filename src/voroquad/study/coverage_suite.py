@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
@@ -21,6 +20,7 @@ from .._support.version import __version__
 from ..integrals.diagnostics import ADVICE, IntegrationWarning
 from ..integrals.quad import quad
 from ..results.manifest import Results, Section, Table
+from .command import study_command
 from .coverage_integrands import Case, cases
 from .drawing import read_rows, write_rows
 from .figures_coverage import draw_coverage
@@ -115,10 +115,8 @@ def run_coverage(
     """
     settings = CoverageSettings(positive_int("replicates", replicates), seed)
     work = list(_work(_check(settings, dimensions), positive_int("max_n", max_n)))
-    command = ["voroquad", "study", "--suite", "coverage", "-o", os.fspath(out)]
-    command += ["--dimensions", ",".join(map(str, dimensions)), "--max-n", str(max_n)]
-    command += ["--replicates", str(replicates), "--seed", str(seed)]
-    results = Results("Error bars of vq.quad: how often they hold, and how wide they are", shlex.join(command))
+    command = study_command(out, "coverage", dimensions=dimensions, max_n=max_n, replicates=replicates, seed=seed)
+    results = Results("Error bars of vq.quad: how often they hold, and how wide they are", command)
     pool.begin({"study": "coverage", "version": __version__} | asdict(settings))
     steps = len(work) * _units(settings)
     with progress_bar(steps, show=show_progress) as advance, atomic_directory(out) as folder:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import itertools
 import json
 import os
-import shlex
 import sys
 import time
 from collections.abc import Iterator, Sequence
@@ -23,6 +22,7 @@ from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, Advance, Pool, Series
 from .._support.version import __version__
 from ..results.manifest import Results, Section, Table
+from .command import study_command
 from .drawing import read_rows, write_rows
 from .figures_genz import draw_ratios
 from .genz import FAMILIES, instances
@@ -124,7 +124,7 @@ def run_genz(
     store = _Store(Path(out) / UNFINISHED, settings)
     results = Results(
         "vq.quad and its peers, at equal numbers of evaluations",
-        _command(out, dimensions, sizes[-1], peers, settings),
+        study_command(out, "genz", dimensions=dimensions, max_n=sizes[-1], peers=peers, **asdict(settings)),
     )
     pool.begin({"study": "genz", "version": __version__} | asdict(settings))
     steps = sum(_units(rule, settings) for rule, _, _ in work)
@@ -251,21 +251,6 @@ def _choose(names: Sequence[str] | None, rules: Sequence[Integrator]) -> list[In
         if not find_spec(rule.module):
             raise ModuleNotFoundError(f"peer {rule.name!r} needs {rule.module!r}", name=rule.module)
     return chosen
-
-
-def _command(
-    out: str | os.PathLike[str],
-    dimensions: Sequence[int],
-    max_n: int,
-    peers: Sequence[str] | None,
-    settings: GenzSettings,
-) -> str:
-    command = ["voroquad", "study", "--suite", "genz", "-o", os.fspath(out)]
-    command += ["--dimensions", ",".join(map(str, dimensions)), "--max-n", str(max_n)]
-    command += ["--peers", ",".join(peers)] if peers is not None else []
-    for name, value in asdict(settings).items():
-        command += [f"--{name}", str(value)]
-    return shlex.join(command)
 
 
 # ---------------------------------------------------------------------- measuring

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import shlex
 from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import Any
@@ -16,6 +15,7 @@ from .._support.progress import progress_bar
 from .._support.units import ONE_PROCESS, Advance, Pool
 from .._support.version import __version__
 from ..results.manifest import Figure, Results, Section, Table
+from .command import study_command
 from .convergence import METHODS_1D, METHODS_2D, Measurement, measure, powers_of_two, replicates_at, units
 from .drawing import Drawing, read_rows, write_rows
 from .figures_bias import draw_bias_function, draw_three
@@ -85,12 +85,11 @@ def run_study(
     talk = {stem: part for stem, part in _TALK.items() if stem in wanted}
     chosen = [(methods, [f for f in integrands if f"mse-{f.name}" in wanted]) for methods, integrands in _DIMENSIONS]
     dimensions = [(methods, integrands) for methods, integrands in chosen if integrands]
-    command = ["voroquad", "study", "-o", os.fspath(out)]
-    command += ["--replicates", str(replicates), "--max-n", str(max_n), "--seed", str(seed)]
+    command = study_command(out, replicates=replicates, max_n=max_n, seed=seed)
     pool.begin(
         {"study": "talk", "replicates": replicates, "seed": seed, "figures": sorted(wanted), "version": __version__}
     )
-    results = Results("Voronoi-weighted Monte Carlo integration: the numerical study", shlex.join(command))
+    results = Results("Voronoi-weighted Monte Carlo integration: the numerical study", command)
 
     designs = sum(len({m.design for m in methods}) for methods, _ in dimensions)
     steps = len(wanted) + designs * sum(units(n, replicates_at(n, replicates)) for n in sizes)
