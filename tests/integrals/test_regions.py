@@ -6,7 +6,9 @@ import scipy.integrate
 
 import voroquad as vq
 from voroquad.integrals.library import Library
-from voroquad.integrals.regions import Box
+from voroquad.integrals.places import parts_of
+from voroquad.integrals.regions import Box, Region
+from voroquad.integrals.rotation import RotatedGaussian
 
 
 @pytest.mark.parametrize(
@@ -129,3 +131,36 @@ def test_iterated_limits_may_be_infinite():
 def test_limits_that_are_no_limits_are_refused(a, b, message):
     with pytest.raises(ValueError, match=message):
         vq.quad(lambda x: x[0], a, b)
+
+
+def regions() -> dict[str, Region]:
+    """A region of each kind, the first part where there are several."""
+    rng = np.random.default_rng(5)
+    turned, _ = np.linalg.qr(rng.normal(size=(6, 6)))
+    above = [0, 0], [lambda y: np.sqrt(1 - y**2), 1]
+    places = {
+        "whole space": ([-np.inf] * 3, [np.inf] * 3),
+        "callable limits": above,
+        "triangle": (vq.Triangle([[0, 0], [2, 1], [0.3, 3]]), None),
+        "simplex of 6 dimensions": (vq.Simplex(rng.random((7, 6))), None),
+        "ball": (vq.Ball([1, 2, 3], 0.7), None),
+        "ball of 5 dimensions": (vq.Ball([0] * 5, 2), None),
+        "sphere": (vq.SphereSurface([1, 2, 3], 0.7), None),
+        "sphere in 5 dimensions": (vq.SphereSurface([0] * 5, 2), None),
+        "polygon": (vq.Polygon([[0, 0], [3, 0.2], [1, 1], [0.3, 3]]), None),
+        "octahedron": (vq.Polytope(np.concatenate([np.eye(3), -np.eye(3)])), None),
+    }
+    found = {name: parts_of(a, b, None, 0.0, 1.0)[0][0].region for name, (a, b) in places.items()}
+    return found | {"turned Gaussian": RotatedGaussian(rng.random(6), rng.random(6), turned)}
+
+
+@pytest.mark.parametrize("name", regions())
+def test_the_bits_of_a_point_do_not_depend_on_those_beside_it(name):
+    """Else the result would depend on `batch`, as a product by BLAS does: its blocks end in other instructions."""
+    region = regions()[name]
+    u = np.random.default_rng(1).random((region.d, 37))
+    points, elements = region.pull_back(u)
+    for size in (1, 2, 3, 8):
+        batches = [region.pull_back(u[:, i : i + size]) for i in range(0, u.shape[1], size)]
+        np.testing.assert_array_equal(np.concatenate([x for x, _ in batches], axis=1), points)
+        np.testing.assert_array_equal(np.concatenate([e for _, e in batches]), elements)

@@ -5,13 +5,13 @@ from __future__ import annotations
 import itertools
 import math
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from .._support.arrays import Array, Integers
 from .._support.checks import real_numbers
+from .._support.products import rows_times
 
 #: The longest reduced vector over the smallest distance of opposite faces, at most: beyond, images are too many
 MOST_SLENDER = 1e3
@@ -99,14 +99,14 @@ class Lattice:
     def wrapped(self, places: Array) -> Array:
         """The images (m, d) of places (m, d) in the cell of the reduced vectors at the origin."""
         snapped = self._snapped(places)
-        return snapped - _product(np.floor(_product(snapped, self._inverse)), self.reduced)
+        return snapped - rows_times(np.floor(rows_times(snapped, self._inverse)), self.reduced)
 
     def _snapped(self, places: Array) -> Array:
         return np.asarray(np.round(places / self._grain) * self._grain)
 
     def images(self, points: Array, distance: float) -> Images:
         """Points (n, d) of the cell, and all their images that are nearer to it than some distance."""
-        periods = _product(points, self._inverse)
+        periods = rows_times(points, self._inverse)
         margin = distance / self._heights
         far = np.ceil(margin).astype(np.int64)
         kept, shifts = [], []
@@ -118,13 +118,8 @@ class Lattice:
         point, shift_of = np.concatenate(kept), np.concatenate(shifts)
         order = np.argsort(point, kind="stable")
         point, shift_of = point[order], shift_of[order]
-        places = points[point] + _product(shift_of, self.reduced)
+        places = points[point] + rows_times(shift_of, self.reduced)
         return Images(places, point, shift_of, np.flatnonzero(~shift_of.any(axis=1)))
-
-
-def _product(rows: NDArray[Any], matrix: Array) -> Array:
-    """Rows (..., d) @ matrix, each to the same bits whatever the number of rows."""
-    return np.asarray(sum(rows[..., k, None] * matrix[k] for k in range(len(matrix))))
 
 
 def _reducing_steps(vectors: Array) -> Integers:

@@ -12,6 +12,7 @@ from scipy.special import betaincinv
 
 from .._support.arrays import Array, Indices
 from .._support.checks import real_numbers
+from .._support.products import rows_times
 from .pieces import Part
 from .trapezoids import Trapezoid, trapezoids
 
@@ -78,7 +79,7 @@ class Simplex:
             u, element = u ** (1 / (powers + 1)), np.full(u.shape[1], self.volume)
         else:
             element = self.volume * math.factorial(self.d) * np.prod(u**powers, axis=0)
-        return self.vertices[0][:, None] + self._edges.T @ np.cumprod(u, axis=0), element
+        return self.vertices[0][:, None] + rows_times(np.cumprod(u, axis=0).T, self._edges).T, element
 
 
 class Triangle(Simplex):

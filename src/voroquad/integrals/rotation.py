@@ -10,6 +10,7 @@ import numpy as np
 from scipy.special import ndtri
 
 from .._support.arrays import Array
+from .._support.products import rows_times
 from ..designs.sampling import sample
 from .estimates import Estimate
 from .integrand import Integrand
@@ -52,7 +53,7 @@ class RotatedGaussian:
 
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (d, n) and their mass element, 1, at u (d, n)."""
-        z = self.q.T @ ndtri(within(u))
+        z = rows_times(ndtri(within(u)).T, self.q).T
         return self.mean[:, None] + self.sd[:, None] * z, np.ones(u.shape[1])
 
 

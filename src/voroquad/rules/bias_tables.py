@@ -25,9 +25,6 @@ _FORMAT = 3
 #: Most nodes across and along a panel, by dimension, where G is integrated point by point, without a table.
 ONE_BY_ONE = {2: (24, 20), 3: (12, 12)}
 _POINTS_AT_A_TIME = 4096  # when interpolating
-#: Largest number of products that OpenBLAS computes on one thread. Beyond it, starting threads for so thin a matrix
-#: takes longer than the product.
-_ONE_THREAD = 2**18
 
 
 class Axis(Protocol):
@@ -271,13 +268,9 @@ class BiasTable:
 
 def _contract(coefficients: Array, polynomials: list[Array]) -> Array:
     """Σ c[q_1, …, q_d] T_{q_1} … T_{q_d} for rows (m, q) of polynomials."""
-    # Products of one shape, filled up with zeros: a row has the same bits whatever rows are beside it. Their number
-    # is a power of two, as BLAS adds in another order in rows that are left over from its blocks of four or eight
+    # Sums in one order, not BLAS: there the last bits of a row depend on the rows beside it
     first, matrix = polynomials[0], coefficients.reshape(len(coefficients), -1)
-    rows = 1 << (_ONE_THREAD // matrix.size).bit_length() - 1
-    blocks = np.zeros((-(-len(first) // rows), rows, first.shape[1]))
-    blocks.reshape(-1, first.shape[1])[: len(first)] = first
-    values = (blocks @ matrix).reshape(-1, matrix.shape[1])[: len(first)]
+    values = np.einsum("mq,qr->mr", first, matrix)
     for p in polynomials[1:]:
         values = np.einsum("mq,mqr->mr", p, values.reshape(len(p), p.shape[1], -1))
     return values[:, 0]
