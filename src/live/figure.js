@@ -215,13 +215,23 @@ byId("many").addEventListener("click", ({ currentTarget }) => {
   if (running && trials.equal.errors.length >= ENOUGH) restart();
   trySets();
 });
-matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => {
+function repaint() {
   palette = readPalette();
   ask();
-});
+}
+matchMedia("(prefers-color-scheme: dark)").addEventListener("change", repaint);
 
-// In a page of the same origin, the frame is as high as what it shows
-if (frameElement) new ResizeObserver(() => (frameElement.style.height = `${document.body.scrollHeight}px`)).observe(document.body);
+// In a page of the same origin, the frame is as high as what it shows, and as light or dark as the page
+if (frameElement) {
+  new ResizeObserver(() => (frameElement.style.height = `${document.body.scrollHeight}px`)).observe(document.body);
+  const { body, documentElement } = parent.document;
+  const follow = () => {
+    document.documentElement.dataset.theme = body.dataset.theme ?? documentElement.dataset.theme ?? "auto";
+    repaint();
+  };
+  for (const element of [body, documentElement]) new MutationObserver(follow).observe(element, { attributeFilter: ["data-theme"] });
+  follow();
+}
 
 // For tests: puts a state in place, and says what is shown
 window.live = {

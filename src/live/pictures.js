@@ -32,10 +32,15 @@ function color(share, palette) {
   return `rgb(${a.map((channel, c) => Math.round(channel + (place - k) * (b[c] - channel))).join()})`;
 }
 function readPalette() {
-  const style = getComputedStyle(document.documentElement);
-  const read = (name) => style.getPropertyValue(name).trim();
-  const channels = (hex) => [1, 3, 5].map((at) => parseInt(hex.slice(at, at + 2), 16));
-  return { anchors: [0, 1, 2, 3, 4].map((k) => channels(read(`--w${k}`))), negative: read("--negative") };
+  const probe = document.body.appendChild(document.createElement("span"));
+  const read = (name) => {
+    probe.style.color = `var(${name})`;
+    return getComputedStyle(probe).color;
+  };
+  const anchors = [0, 1, 2, 3, 4].map((k) => read(`--w${k}`).match(/[\d.]+/g).map(Number));
+  const negative = read("--negative");
+  probe.remove();
+  return { anchors, negative };
 }
 
 // Places on the picture and coordinates of samples
