@@ -15,6 +15,7 @@ from ._support.arrays import Array
 from ._support.cache import cache_directory, is_own
 from ._support.checks import positive_int, thread_count
 from ._support.files import is_stream
+from ._support.html import table
 from ._support.npz import map_npz, write_npz
 from .designs.sampling import Rng, SetKind, as_sample_set, sample
 from .geometry.cells import cells
@@ -88,6 +89,10 @@ class SampleTable:
             f"SampleTable({self.design!r}, sets={self.sets}, n={self.n}, d={self.d}, "
             f"order={self.order}, debias={self.debias!r})"
         )
+
+    def _repr_html_(self) -> str:
+        rows = [("design", self.design), ("sets", self.sets), ("samples", self.n), ("dimension", self.d)]
+        return table("SampleTable", [*rows, ("order", self.order), ("debias", self.debias)])
 
     @classmethod
     def make(

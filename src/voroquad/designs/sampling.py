@@ -10,12 +10,15 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._support.arrays import Array
-from .._support.checks import one_of, positive_int, refuse_transposed, unit_points
+from .._support.checks import one_of, positive_int, real_numbers, refuse_transposed, unit_points
+from .._support.html import table
 from .design import DESIGNS, SAMPLERS, design_of
 from .engines import EngineFactory, design_name, engine_points, on_a_lattice
 from .grids import grid_shape, stratum_index
+from .plots import draw
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from scipy.stats import qmc
 
 Rng: TypeAlias = int | np.random.Generator | None
@@ -100,6 +103,42 @@ class SampleSet:
     def __repr__(self) -> str:
         batch = f"sets={self.points.shape[0]}, " if self.points.ndim == 3 else ""
         return f"SampleSet({self.design!r}, {batch}n={self.n}, d={self.d})"
+
+    def _repr_html_(self) -> str:
+        strata = [] if self.strata is None else [("strata", " × ".join(map(str, self.strata)))]
+        sets = [] if self.points.ndim == 2 else [("sets", len(self.points))]
+        return table("SampleSet", [("design", self.design), *sets, ("samples", self.n), ("dimension", self.d), *strata])
+
+    def plot(self, weights: ArrayLike | None = None, *, ax: Axes | None = None, cmap: Any = "viridis") -> Axes:
+        """Draw one set with Matplotlib, with its strata and weights.
+
+        Parameters
+        ----------
+        weights : array_like, (n,), optional
+            As :func:`weights` returns them: the heights of lines for d = 1, else colours. Both show the weight times n,
+            which is 1 on average where the weights sum to 1.
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; a new figure by default. For d = 3 it must have ``projection="3d"``.
+        cmap : str or matplotlib.colors.Colormap
+            Colours of the smallest to the largest weight.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+
+        Raises
+        ------
+        ValueError
+            A batch of sets, or more than three dimensions; weights of another number.
+        ImportError
+            Matplotlib is not installed; the extra ``study`` brings it.
+        """
+        if self.points.ndim != 2 or self.d > 3:
+            raise ValueError(f"plot needs one set of points (n, d) with d at most 3, got shape {self.points.shape}")
+        given = None if weights is None else real_numbers("weights", weights)
+        if given is not None and given.shape != (self.n,):
+            raise ValueError(f"weights has shape {given.shape}; give one for each of the points, ({self.n},)")
+        return draw(self.points, self.strata, given, ax, cmap)
 
 
 def sample(

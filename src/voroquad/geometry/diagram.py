@@ -13,6 +13,7 @@ from .. import _core
 from .._support.arrays import Array, Integers
 from .._support.checks import real_numbers
 from .._support.extras import install_hint
+from .._support.html import table
 from .bounds import Bounds
 from .neighbours import Neighbours
 from .plots import draw
@@ -36,6 +37,19 @@ class Cells:
         self._centroids: Array | None = None
         self._polygons: Polygons | None = None
         self._polyhedra: Polyhedra | None = None
+
+    def __repr__(self) -> str:
+        *sets, n, d = self._points.shape
+        return f"{type(self).__name__}({f'sets={sets[0]}, ' if sets else ''}n={n}, d={d})"
+
+    def _repr_html_(self) -> str:
+        *sets, n, d = self._points.shape
+        sides = " × ".join(f"[{low:g}, {high:g}]" for low, high in self.bounds)
+        measures = self._measures
+        known = [] if measures is None else [("measures", f"{measures.min():.4g} to {measures.max():.4g}")]
+        batch = [("sets", sets[0])] if sets else []
+        rows = [*batch, ("cells", n), ("dimension", d), ("bounds", sides), ("periodic", self.periodic), *known]
+        return table(type(self).__name__, rows)
 
     @property
     def points(self) -> Array:

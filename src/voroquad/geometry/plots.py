@@ -9,7 +9,7 @@ import numpy as np
 
 from .._support.arrays import Array
 from .._support.checks import real_numbers
-from .._support.extras import install_hint
+from .._support.figures import axes_for
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,11 +37,6 @@ class Drawable(Protocol):
 
 def draw(cells: Drawable, values: Any, ax: Axes | None, cmap: Any) -> Axes:
     """Draw the cells of one set of points, coloured by a value for each; see :meth:`Cells.plot`."""
-    try:
-        import matplotlib.pyplot as plt
-        from matplotlib.cm import ScalarMappable
-    except ImportError as error:
-        raise ImportError(f"plot needs Matplotlib; {install_hint('study')}") from error
     points = cells.points
     if points.ndim != 2:
         raise ValueError(f"plot needs one set of points (n, d), got shape {points.shape}")
@@ -49,10 +44,9 @@ def draw(cells: Drawable, values: Any, ax: Axes | None, cmap: Any) -> Axes:
     if numbers.shape != points.shape[:1]:
         raise ValueError(f"values has shape {numbers.shape}; give one for each of the points, ({len(points)},)")
     d = points.shape[1]
-    if ax is None:
-        ax = plt.figure().add_subplot(projection="3d" if d == 3 else None)
-    elif (d == 3) != (ax.name == "3d"):
-        raise ValueError(f"points in d = {d} need an ax with{'' if d == 3 else 'out'} projection='3d'")
+    ax = axes_for(ax, d)
+    from matplotlib.cm import ScalarMappable
+
     mappable = ScalarMappable(cmap=cmap)
     mappable.set_array(numbers)
     mappable.autoscale()

@@ -33,7 +33,7 @@ class Estimate:
 
     ``rounding`` is the part of the error that no number of points reduces. ``deviations`` (fields, m) tell how the
     errors of components are linked: the correlation of k and l is Σ_m D_km D_lm over the roots of the sums of squares.
-    ``rules`` (fields,) say what predicted each.
+    ``rules`` (fields,) say what predicted each. ``trials`` are the estimates that led to the size of this one.
     """
 
     mean: Array
@@ -44,6 +44,7 @@ class Estimate:
     warnings: tuple[IntegrationWarning, ...] = ()
     deviations: Array | None = None
     rules: tuple[str, ...] = ()
+    trials: tuple[Estimate, ...] = ()
 
     @property
     def resolved(self) -> bool:

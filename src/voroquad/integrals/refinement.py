@@ -75,8 +75,10 @@ def refine(
         Where to add warnings. The warning that an integral of 0 meets no rtol is added after two such sets.
     """
     spent, zeros = 0, 0
+    trials: list[Estimate] = []
     while 2 * n <= most - spent:
         trial = estimate(n)
+        trials.append(trial)
         spent += trial.n
         excess = wanted.excess(trial)
         room = (most - spent) // 2
@@ -91,7 +93,7 @@ def refine(
         growth = float(np.clip((worst / 0.5) ** (1 / (0.5 + 1 / dimension)), 2, 16))
         n = min(math.ceil(n * growth), room)
     last = estimate(min(n, most - spent))
-    last = replace(last, n=spent + last.n)
+    last = replace(last, n=spent + last.n, trials=(*trials, last))
     _judge(wanted, last, most, diagnoses)
     return last
 

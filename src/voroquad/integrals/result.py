@@ -5,11 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 from scipy.special import stdtrit
 
+from .._support.arrays import Array
+from .._support.html import table
 from .._support.numbers import with_uncertainty
 from .adaptation import Adaptation
 from .components import FEWEST_ERRORS, Components, Linked
@@ -17,7 +19,11 @@ from .diagnostics import ADVICE, IntegrationWarning, diagnosis, issue
 from .estimates import Estimate
 from .evaluation import Function
 from .library import Library, to_numpy
+from .plots import draw_rules, draw_trials
 from .structures import mapped
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 
 class ConfidenceInterval(NamedTuple):
@@ -25,6 +31,17 @@ class ConfidenceInterval(NamedTuple):
 
     low: Any
     high: Any
+
+
+class Trial(NamedTuple):
+    """The estimate of one set: its evaluations, and value and standard error of the components, (fields,).
+
+    Real and imaginary part of a complex number are two components.
+    """
+
+    n_evaluations: int
+    integral: Array
+    standard_error: Array
 
 
 @dataclass(frozen=True)
@@ -51,6 +68,9 @@ class QuadResult:
         a bar between them where they differ.
     warnings : tuple of IntegrationWarning
         What the call warned of, each with its ``kind`` and ``details``.
+    trials : tuple of Trial
+        The sets that the tolerance asked for, in turn, each with ``n_evaluations``, ``integral`` and ``standard_error``
+        of its components. The last one gives the result; without a tolerance there is no other.
     adaptation : Adaptation or None
         Where ``adapt`` was asked for, what the pilot found: ``adapted``, ``nodes`` (d, 25), ``concentration`` and
         ``n_pilot``.
@@ -70,6 +90,7 @@ class QuadResult:
     warnings: tuple[IntegrationWarning, ...] = field(default=(), repr=False)
     rule: Any = field(default="", repr=False, compare=False)
     adaptation: Adaptation | None = field(default=None, repr=False, compare=False)
+    trials: tuple[Trial, ...] = field(default=(), repr=False, compare=False)
     _components: Components | None = field(default=None, repr=False, compare=False)
     _library: Library = field(default=Library(np.empty(0)), repr=False, compare=False)
 
@@ -82,7 +103,8 @@ class QuadResult:
         warnings = function.diagnoses.all()
         rule = function.form.texts(estimate.rules) if estimate.rules else ""
         freedom = estimate.degrees_of_freedom
-        return cls(integral, error, estimate.n, freedom, warnings, rule, None, components, function.library)
+        trials = tuple(Trial(e.n, e.mean, e.error) for e in estimate.trials or (estimate,))
+        return cls(integral, error, estimate.n, freedom, warnings, rule, None, trials, components, function.library)
 
     @property
     def covariance(self) -> Any:
@@ -203,11 +225,77 @@ class QuadResult:
         high = mapped(lambda value, error: value + factor * error, self.integral, self.standard_error)
         return ConfidenceInterval(low, high)
 
+    def plot(self, *, ax: Axes | None = None) -> Axes:
+        """Draw with Matplotlib how the error fell: the standard errors of all sets against their evaluations.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; a new figure by default.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            Logarithmic; crosses show how far the values of earlier sets are from the result.
+
+        Raises
+        ------
+        ValueError
+            The result was made of others, by :meth:`ratio` or :meth:`linear`.
+        ImportError
+            Matplotlib is not installed; the extra ``study`` brings it.
+        """
+        if not self.trials:
+            raise ValueError("this result was made of others and has no sets to plot; plot theirs")
+        means, errors = (np.array([trial[k] for trial in self.trials]) for k in (1, 2))
+        return draw_trials([trial.n_evaluations for trial in self.trials], means, errors, means[-1], ax)
+
+    def plot_rule(self, *, ax: Axes | None = None) -> Axes:
+        """Draw with Matplotlib which models predicted the integrand, as shares of the strata or colours.
+
+        Parameters
+        ----------
+        ax : matplotlib.axes.Axes, optional
+            Where to draw; a new figure by default.
+
+        Returns
+        -------
+        matplotlib.axes.Axes
+            A bar for each component.
+
+        Raises
+        ------
+        ValueError
+            The result does not know its rule (:attr:`rule` is empty).
+        ImportError
+            Matplotlib is not installed; the extra ``study`` brings it.
+        """
+        if isinstance(self.rule, str) and not self.rule:
+            raise ValueError('this result does not know its rule; there is nothing to plot. Take method="auto"')
+        return draw_rules(_texts(self.rule), ax)
+
+    def _repr_html_(self) -> str:
+        low, high = self.confidence_interval()
+        rows = [
+            ("integral", self),
+            ("95 % interval", f"{low} to {high}"),
+            ("evaluations", f"{self.n_evaluations:,}"),
+            ("predicted by", "\n".join(dict.fromkeys(_texts(self.rule)))),
+            ("warnings", "\n".join(map(str, self.warnings)) or "none"),
+        ]
+        return table("QuadResult", [row for row in rows if row[1] != ""])
+
     def __iter__(self) -> Iterator[Any]:
         return iter((self.integral, self.standard_error))
 
     def __str__(self) -> str:
         return str(mapped(_Text.of, self.integral, self.standard_error))
+
+
+def _texts(rule: Any) -> list[str]:
+    """The texts of a rule, whatever structure they stand in."""
+    parts = rule.values() if isinstance(rule, dict) else rule if isinstance(rule, tuple) else None
+    return list(np.ravel(np.asarray(rule, dtype=object))) if parts is None else [t for p in parts for t in _texts(p)]
 
 
 class _Text(str):
