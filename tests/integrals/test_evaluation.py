@@ -111,6 +111,7 @@ def test_an_exception_that_does_not_depend_on_the_points_is_the_first_one():
     with pytest.raises(ValueError, match=r"no use for \(1, 16\)") as caught:
         vq.quad(f, 0, 1, n_points=16)
     assert caught.value.__notes__[1] == "Called with the first point alone, func raised ValueError: no use for (1,)"
+    assert caught.value.__notes__[2].endswith("write x[0] for its first coordinate")
 
 
 def test_the_form_of_the_values_is_the_same_in_each_call():

@@ -100,6 +100,7 @@ class Function:
             except Exception as other:
                 self._call.one_by_one = False
                 error.add_note(f"Called with the first point alone, func raised {type(other).__name__}: {other}")
+                error.add_note("A point has the shape (d,), also for d = 1: write x[0] for its first coordinate")
                 raise error from None
             reason = f"{type(error).__name__}: {error}"
         answers = list(self._spread(self._call, pieces))
