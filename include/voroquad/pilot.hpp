@@ -34,8 +34,8 @@
 
 namespace VOROQUAD {
 
-// In this order: grid() is filled with values at centres(), plan(), then as long as next() draws
-// samples, add() takes their values.
+// In this order: grid() is filled with values at centres(), plan(), then for each of its parts, in
+// any order, draw() and samples(), and add() takes their values.
 template <std::size_t D>
 class PilotRule {
     static_assert(1 <= D && D <= 3);
@@ -54,15 +54,20 @@ public:
     // The calls come in the order above, plan() with at least as many samples as cells
     // (std::invalid_argument otherwise); threads ≥ 1.
     PilotRule(std::size_t k, std::size_t fields, const Key *keys)
-        : k_(k), cells_(power(k)), fields_(fields), keys_(keys, keys + sequences * D), order_(k) {
+        : k_(k), cells_(power(k)), fields_(fields) {
         VOROQUAD_CHECK(k >= 1 && fields >= 1, "PilotRule: k and fields must be at least 1");
         for (std::size_t a = D, step = 1; a-- > 0; step *= k) stride_[a] = step;
         for (std::size_t q = 0; q < detail::stencil_count<D>; ++q)
             if (detail::stencil_size(q) <= k) stencils_.emplace_back(detail::stencil_size(q));
         grid_.assign(fields * room(), 0.0);
-        sums_.resize(fields);
-        scrambled_.resize(sequences);
-        blocks_.assign(sequences, 0);
+        renew(keys);
+    }
+
+    // Other keys, for another set of samples of the same plan
+    void renew(const Key *keys) {
+        keys_.assign(keys, keys + sequences * D);
+        scrambled_.assign(sequences, std::nullopt);
+        sums_.assign(fields_, {});
     }
 
     std::size_t cells() const { return cells_; }
@@ -78,9 +83,10 @@ public:
     }
 
     // Chooses stencils and numbers of samples, at most `samples` in all and one in each cell or
-    // more.
+    // more, and divides the cells into parts of at most `most` samples, but those of one cell or
+    // more. Returns the number of parts.
     template <class Pause = NoPause>
-    void plan(std::size_t samples, unsigned threads, Pause &&pause = {}) {
+    std::size_t plan(std::size_t samples, std::size_t most, unsigned threads, Pause &&pause = {}) {
         if (samples < cells_)
             VOROQUAD_FAIL(std::invalid_argument("samples must be at least one per cell"));
         pick_.resize(fields_ * cells_);
@@ -89,19 +95,23 @@ public:
         if (fields_ > 1) scale = inverse_means(threads, pause);
         choose(scale, demand_.data(), nullptr, threads, pause);
         offset_ = detail::largest_offset(demand_, samples);
+        divide(most);
+        return parts_.size();
     }
 
-    // Draws the samples of the next cells, at most `most` of them but those of one cell or more,
-    // and returns their number: 0 behind the last cell.
+    // Draws the samples of a part and returns their number.
     template <class Pause = NoPause>
-    std::size_t next(std::size_t most, unsigned threads, Pause &&pause = {}) {
+    std::size_t draw(std::size_t part, unsigned threads, Pause &&pause = {}) {
+        VOROQUAD_CHECK(part < parts_.size(), "PilotRule: there is no such part");
         drawn_.clear();
         std::size_t n = 0;
-        for (; !order_.done(); order_.advance()) {
-            const Drawn cell = draw(n);
-            if (n > 0 && n + cell.samples() > most) break;
-            ++blocks_[cell.sequence];
+        Part at = parts_[part];
+        for (std::size_t c = 0; c < parts_[part].cells; ++c, at.order.advance()) {
+            Drawn cell = looked_up(at.order.cell());
+            cell.block = at.blocks[cell.sequence]++;
+            cell.first = n;
             n += cell.samples();
+            scramble(cell.sequence);
             drawn_.push_back(cell);
         }
         offsets_.resize(n * D);
@@ -112,7 +122,7 @@ public:
         return n;
     }
 
-    // The samples that next() drew, all first coordinates first: (D, n)
+    // The samples that draw() drew, all first coordinates first: (D, n)
     void samples(double *out) const {
         const double side = static_cast<double>(k_);
         const std::size_t n = offsets_.size() / D;
@@ -152,6 +162,14 @@ private:
         std::uint8_t sequence, level;
         std::size_t block, first;
         std::size_t samples() const { return std::size_t{1} << level; }
+    };
+
+    // Consecutive cells in Morton's order: the first, their number, and the blocks of each sequence
+    // that those before them take
+    struct Part {
+        detail::MortonOrder<D> order;
+        std::size_t cells;
+        std::array<std::uint32_t, sequences> blocks;
     };
 
     static constexpr std::size_t power(std::size_t k) {
@@ -210,12 +228,32 @@ private:
         return largest * 1e-16 * (largest * 1e-16) + 1e-300;
     }
 
-    Drawn draw(std::size_t first) {
+    void divide(std::size_t most) {
+        parts_.clear();
+        Part next{detail::MortonOrder<D>(k_), 0, {}};
+        std::array<std::uint32_t, sequences> blocks{};
+        std::size_t samples = 0;
+        for (detail::MortonOrder<D> order(k_); !order.done(); order.advance()) {
+            const Drawn cell = looked_up(order.cell());
+            if (next.cells > 0 && samples + cell.samples() > most) {
+                parts_.push_back(next);
+                next = {order, 0, blocks};
+                samples = 0;
+            }
+            ++next.cells;
+            ++blocks[cell.sequence];
+            samples += cell.samples();
+        }
+        parts_.push_back(next);
+    }
+
+    // What the plan says of a cell
+    Drawn looked_up(const typename detail::MortonOrder<D>::Cell &at) const {
         Drawn cell{};
         std::size_t index = 0;
         for (std::size_t a = 0; a < D; ++a) {
-            cell.at[a] = static_cast<std::uint32_t>(order_.cell()[a]);
-            index += order_.cell()[a] * stride_[a];
+            cell.at[a] = static_cast<std::uint32_t>(at[a]);
+            index += at[a] * stride_[a];
         }
         const int level = detail::level_of(demand_[index], offset_);
         std::uint8_t q = pick_[index]; // of several components the smallest stencil
@@ -223,15 +261,14 @@ private:
         cell.level = static_cast<std::uint8_t>(level);
         cell.sequence = static_cast<std::uint8_t>(
             static_cast<std::size_t>(level) * detail::stencil_count<D> + q);
-        cell.block = blocks_[cell.sequence];
-        cell.first = first;
-        if (auto &sequence = scrambled_[cell.sequence]; !sequence) {
-            std::array<Key, D> keys;
-            std::copy_n(keys_.begin() + static_cast<std::ptrdiff_t>(cell.sequence * D), D,
-                        keys.begin());
-            sequence.emplace(keys);
-        }
         return cell;
+    }
+
+    void scramble(std::size_t sequence) {
+        if (scrambled_[sequence]) return;
+        std::array<Key, D> keys;
+        std::copy_n(keys_.begin() + static_cast<std::ptrdiff_t>(sequence * D), D, keys.begin());
+        scrambled_[sequence].emplace(keys);
     }
 
     // Its samples, relative to the centre in units of the cell
@@ -272,6 +309,7 @@ private:
     void correct_with(const Drawn &cell, std::size_t index, const double *grid,
                       const double *values, detail::PilotSums &sums) const {
         const detail::Stencil &stencil = stencils_[(R - 1) / 2];
+        const double centre = grid[index];
         std::array<std::size_t, D> at;
         std::array<detail::StencilWeights, D> w{};
         for (std::size_t a = 0; a < D; ++a) {
@@ -302,6 +340,7 @@ private:
         const double share = 1.0 / static_cast<double>(cell.samples());
         sums.integral.add(mean);
         sums.integral.add(sum * share);
+        sums.midpoints.add(centre);
         worst.square = square * share * share;
         sums.square += worst.square;
         sums.size += std::abs(mean) + (absolute + size) * share;
@@ -318,10 +357,9 @@ private:
     std::vector<std::uint8_t> pick_;   // (fields, cells): the stencil
     std::vector<std::int16_t> demand_; // for samples, in logarithms
     int offset_ = 0;                   // that turns demand into levels
-    detail::MortonOrder<D> order_;
+    std::vector<Part> parts_;
     std::vector<std::optional<detail::ScrambledSobol<D>>> scrambled_;
-    std::vector<std::size_t> blocks_; // taken so far of each sequence
-    std::vector<Drawn> drawn_;
+    std::vector<Drawn> drawn_;    // of the part at hand
     std::vector<double> offsets_; // of the samples from their cells' centres
     std::vector<detail::PilotSums> sums_;
 };

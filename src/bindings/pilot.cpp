@@ -37,6 +37,12 @@ void bind_rule(nb::module_ &m) {
                 new (self) Rule(k, fields, first);
             },
             "k"_a, "fields"_a, "keys"_a)
+        .def(
+            "renew",
+            [](Rule &self, Keys keys) {
+                self.renew(reinterpret_cast<const typename Rule::Key *>(keys.data()));
+            },
+            "keys"_a, "Other keys, for another set of samples of the same plan.")
         .def_prop_ro_static("sequences", [](nb::handle) { return Rule::sequences; })
         .def(
             "grid",
@@ -55,25 +61,26 @@ void bind_rule(nb::module_ &m) {
             "k"_a, "begin"_a, "end"_a, "Centres (d, end - begin) of cells in C order.")
         .def(
             "plan",
-            [](Rule &self, std::size_t samples, unsigned threads) {
+            [](Rule &self, std::size_t samples, std::size_t most, unsigned threads) {
                 nb::gil_scoped_release release;
-                self.plan(samples, threads, CheckSignals());
+                return self.plan(samples, most, threads, CheckSignals());
             },
-            "samples"_a, "threads"_a)
+            "samples"_a, "most"_a, "threads"_a,
+            "Choose numbers of samples; the number of parts of at most `most` samples, or a cell.")
         .def(
-            "next",
-            [](Rule &self, std::size_t most, unsigned threads) {
+            "draw",
+            [](Rule &self, std::size_t part, unsigned threads) {
                 std::vector<double> out;
                 const std::size_t n = [&] {
                     nb::gil_scoped_release release;
-                    const std::size_t drawn = self.next(most, threads, CheckSignals());
+                    const std::size_t drawn = self.draw(part, threads, CheckSignals());
                     out.resize(drawn * D);
                     self.samples(out.data());
                     return drawn;
                 }();
                 return own(std::move(out), {D, n});
             },
-            "most"_a, "threads"_a, "The next samples (d, n); none behind the last.")
+            "part"_a, "threads"_a, "The samples (d, n) of a part.")
         .def(
             "add",
             [](Rule &self, Values values, unsigned threads) {
@@ -91,6 +98,7 @@ void bind_rule(nb::module_ &m) {
             "The cell with the largest share of the error: its index, square, residual, value.");
     using Sums = detail::PilotSums;
     bind_sums(rule, "integral", [](const Sums &s) { return s.integral.value(); });
+    bind_sums(rule, "midpoints", [](const Sums &s) { return s.midpoints.value(); });
     bind_sums(rule, "square", [](const Sums &s) { return s.square; });
     bind_sums(rule, "size", [](const Sums &s) { return s.size; });
     bind_sums(rule, "absolute", [](const Sums &s) { return s.absolute; });

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from .integrals.diagnostics import IntegrationWarning
     from .integrals.domains import Ball, Polygon, Polytope, Simplex, SphereSurface, Triangle
     from .integrals.measures import PiecewiseUniform, ProductMeasure
+    from .integrals.progress import IntegrationInterrupted, Progress
     from .integrals.quad import quad
     from .integrals.result import QuadResult
     from .rules.bias import bias_function
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 __all__ = [
     "Ball",
     "Cells",
+    "IntegrationInterrupted",
     "IntegrationWarning",
     "Neighbours",
     "PiecewiseUniform",
@@ -45,6 +47,7 @@ __all__ = [
     "Polyhedra",
     "Polytope",
     "ProductMeasure",
+    "Progress",
     "QuadResult",
     "SampleSet",
     "SampleTable",
@@ -68,6 +71,7 @@ __all__ = [
 _HOMES = {
     "Ball": ".integrals.domains",
     "Cells": ".geometry.diagram",
+    "IntegrationInterrupted": ".integrals.progress",
     "IntegrationWarning": ".integrals.diagnostics",
     "Neighbours": ".geometry.neighbours",
     "PiecewiseUniform": ".integrals.measures",
@@ -76,6 +80,7 @@ _HOMES = {
     "Polyhedra": ".geometry.shapes",
     "Polytope": ".integrals.domains",
     "ProductMeasure": ".integrals.measures",
+    "Progress": ".integrals.progress",
     "QuadResult": ".integrals.result",
     "SampleSet": ".designs.sampling",
     "SampleTable": ".sample_tables",

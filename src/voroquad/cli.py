@@ -23,6 +23,7 @@ from ._support.version import __version__
 
 if TYPE_CHECKING:
     from ._support.units import Pool
+    from .integrals.result import QuadResult
 
 #: Exit code of a command ended by Ctrl-C, as shells have it
 INTERRUPTED = 130
@@ -126,30 +127,41 @@ def integrate(
     """
     from .integrals.diagnostics import described
     from .integrals.expression import compile_expression, parse_bounds
+    from .integrals.progress import IntegrationInterrupted
     from .integrals.quad import quad
 
     a, b = parse_bounds(bounds)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
         func = compile_expression(expression, len(a))
-        result = quad(
-            func, a, b, n_points=n_points, order=order, rtol=rtol, atol=atol, max_evaluations=max_evaluations, rng=seed
-        )
-        interval = result.confidence_interval(level)
-    for warning in caught:
-        print(f"voroquad: {described(warning.message)}", file=sys.stderr)
-    if as_json:
-        low, high = interval
-        numbers = {
-            "integral": _number(result.integral),
-            "standard_error": _number(result.standard_error),
-            "interval": [_number(low), _number(high)],
-        }
-        print(json.dumps(numbers | {"level": level, "n_evaluations": result.n_evaluations}))
-    else:
+        try:
+            result, interrupted = quad(
+                func, a, b, n_points=n_points, order=order, rtol=rtol, atol=atol, max_evaluations=max_evaluations,
+                rng=seed,
+            ), False  # fmt: skip
+        except IntegrationInterrupted as stop:
+            if stop.result is None:
+                raise
+            result, interrupted = stop.result, True
+    issued = [warning.message for warning in caught]
+    for warning in (*issued, *(w for w in result.warnings if w not in issued)):
+        print(f"voroquad: {described(warning)}", file=sys.stderr)
+    _print_integral(result, level, as_json)
+    if interrupted or not result.success:
+        raise typer.Exit(INTERRUPTED if interrupted else UNRELIABLE)
+
+
+def _print_integral(result: QuadResult, level: float, as_json: bool) -> None:
+    low, high = result.confidence_interval(level)
+    if not as_json:
         print(result)
-    if not result.success:
-        raise typer.Exit(UNRELIABLE)
+        return
+    numbers = {
+        "integral": _number(result.integral),
+        "standard_error": _number(result.standard_error),
+        "interval": [_number(low), _number(high)],
+    }
+    print(json.dumps(numbers | {"level": level, "n_evaluations": result.n_evaluations}))
 
 
 Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")]

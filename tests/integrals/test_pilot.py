@@ -56,6 +56,20 @@ def test_threads_and_batches_change_no_bit(d):
     assert bits(threads=1) == bits(threads=3) == bits(batch=1000) == bits(batch=7, threads=2)
 
 
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_parts_of_the_samples_change_nothing(monkeypatch, d):
+    """Cells have the blocks of their sequences that they have without parts."""
+
+    def points(most: int) -> np.ndarray:
+        seen = []
+        monkeypatch.setattr("voroquad.integrals.pilot.FEWEST_OF_A_PART", most)
+        vq.quad(lambda x: seen.append(x) or rough(x), [0] * d, [1] * d, n_points=3000, method="pilot", rng=3)
+        x = np.concatenate(seen, axis=1)
+        return x[:, np.lexsort(x)]
+
+    assert (points(100) == points(10_000)).all()
+
+
 def test_no_call_has_more_points_than_a_batch():
     sizes = []
 

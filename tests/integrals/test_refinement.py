@@ -10,6 +10,7 @@ import voroquad as vq
 from voroquad.integrals.diagnostics import Diagnoses
 from voroquad.integrals.estimates import Estimate
 from voroquad.integrals.refinement import Tolerance, refine
+from voroquad.integrals.watch import Watch
 
 TRUTH = 0.02 * math.sqrt(math.pi)
 
@@ -37,7 +38,7 @@ def test_the_value_returned_is_none_that_stopped_the_refinement(z_score):
     rng, last, stopping = np.random.default_rng(1), [], []
     for _ in range(4000):  # a bias of 0.1 standard deviations of one estimate shows as |z| ≈ 6.3
         seen = []
-        result = refine(plain_means(rng, seen), Tolerance(0.0, 0.2), 12, 200, 1, Diagnoses())
+        result = refine(plain_means(rng, seen), Tolerance(0.0, 0.2), 12, 200, 1, Diagnoses(), Watch())
         assert result.n == sum(e.n for e in seen) <= 200
         assert (result.mean, result.error) == (seen[-1].mean, seen[-1].error)
         last.append(result.mean[0])

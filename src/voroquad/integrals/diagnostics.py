@@ -32,6 +32,7 @@ TEXTS = {
         "use more points"
     ),
     "rounding": "the tolerance is smaller than the rounding error, which no number of points reduces; raise it",
+    "stopped": "the integration was stopped before its end, and the estimate is that of the evaluations so far",
     "tolerance": "the tolerance is not met; raise max_evaluations or the tolerance",
 }
 
@@ -46,8 +47,8 @@ class IntegrationWarning(UserWarning):
     ----------
     kind : str
         ``"not-finite"``, ``"zero"``, ``"few-samples"``, ``"one-stratum"``, ``"no-error"``, ``"tolerance"``,
-        ``"rounding"`` or, of a ratio, ``"vague-denominator"``. Advice, which leaves the result reliable, is
-        ``"point-by-point"`` and ``"give-atol"``.
+        ``"rounding"``, ``"stopped"`` or, of a ratio, ``"vague-denominator"``. Advice, which leaves the result reliable,
+        is ``"point-by-point"`` and ``"give-atol"``.
     details : dict
         The numbers behind it, such as the first point ``"x"`` where func is not finite.
     """

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -69,9 +70,11 @@ class Values:
 
     @classmethod
     def of(cls, integrand: Integrand, points: Array) -> Values:
-        """Those at points (sets, n, d), by one call of the integrand."""
+        """Those at points (sets, n, d), each of which is uniform in the box."""
         sets, n, d = points.shape
-        values = integrand(points.reshape(-1, d))
+        done: list[Array] = []
+        integrand.watch.follow(lambda: plain_estimate(done))
+        values = integrand.in_random_order(points.reshape(-1, d), done)
         _, power = np.frexp(np.abs(values).max(axis=1, initial=0, where=np.isfinite(values)))
         values = np.ldexp(values, -power[:, None])
         return cls(np.ascontiguousarray(values.reshape(-1, sets, n).swapaxes(0, 1)), power)
@@ -151,6 +154,17 @@ class Estimator:
             warnings.append(warning)
         mean, error, rounding = (np.ldexp(x, values.power) for x in (mean, np.hypot(error, rounding), rounding))
         return Estimate(mean, error, rounding, values.n, degrees_of_freedom, tuple(warnings), deviations)
+
+
+def plain_estimate(parts: list[Array]) -> Estimate | None:
+    """The mean of values (fields, m) of several batches at points in random order; None of fewer than two points."""
+    n = sum(part.shape[1] for part in parts)
+    if n < 2:
+        return None
+    values = np.concatenate(parts, axis=1)
+    error = values.std(axis=1, ddof=1) / math.sqrt(n)
+    warnings = tuple(too_few_samples(values[None]))
+    return Estimate(values.mean(axis=1), error, np.zeros_like(error), n, n - 1, warnings)
 
 
 def _told(rule: Rule, fit: Fit, fields: int) -> tuple[str, ...]:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import pickle
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
@@ -41,7 +41,9 @@ class Function:
     spread : callable
         ``spread(func, parts)`` calls func on each part, as the built-in map does.
     parts : int
-        Number of parts that the points of a call are split into.
+        Number of parts that points are split into where their number is not limited.
+    batch : callable
+        The most points of a call of func, None for any number, from the number of points to evaluate.
     """
 
     def __init__(
@@ -53,6 +55,7 @@ class Function:
         vectorized: bool = True,
         spread: Map = map,
         parts: int = 1,
+        batch: Callable[[int], int | None] = lambda n: None,
     ):
         if not callable(func):
             raise TypeError(f"func must be callable, as lambda x: x[0] ** 2 is, got {func!r}")
@@ -66,46 +69,67 @@ class Function:
         self.epsilon = float(np.finfo(np.float64).eps)
         self.form: Form | None = None
         self._call = _Call(func, args, kwargs or {}, library, one_by_one=not vectorized, remote=spread is not map)
-        self._spread, self._parts = spread, parts
+        self.batch, self._spread, self._parts = batch, spread, parts
 
-    def __call__(self, x: NDArray[Any]) -> Array:
-        """Values (fields, n) at points x (d, n)."""
+    def batches(self, x: NDArray[Any]) -> Iterator[Array]:
+        """Values (fields, m) at points x (d, n), batch after batch as they come."""
+        n = x.shape[1]
+        most = self.batch(n)
+        pieces = np.array_split(x, min(self._parts, n), axis=1) if most is None else _cut(x, most)
+        answers = self._answers(pieces)
         try:
-            branch, leaves, epsilon = _joined(self._answers(x))
+            if most is None:
+                yield self._rows(_joined(list(answers)), x.shape)
+                return
+            for piece, answer in zip(pieces, answers, strict=True):
+                yield self._rows(answer, piece.shape)
         except _UnusableValueError as error:
             raise ValueError(str(error)) from None
+
+    def _rows(self, answer: Answer, shape: tuple[int, ...]) -> Array:
+        """An answer for points of this shape as real numbers (fields, n)."""
+        branch, leaves, epsilon = answer
         self.epsilon = max(self.epsilon, epsilon)
-        _check_shapes(branch, leaves, x.shape)
+        _check_shapes(branch, leaves, shape)
         form = Form.of(branch, leaves)
         self.form = form if self.form is None else _common(self.form, form)
         return self.form.rows(leaves)
 
-    def _answers(self, x: NDArray[Any]) -> list[Answer]:
-        """Those of the parts.
+    def _answers(self, pieces: list[NDArray[Any]]) -> Iterator[Answer]:
+        """Those of the pieces (d, m), in order.
 
         Where func raises TypeError, ValueError or IndexError it is called point by point, as `scipy.integrate.qmc_quad`
-        does. If it does not take the first point either, the first exception is the one to raise.
+        does. If it does not take a single point either, the first exception is the one to raise.
         """
-        pieces = np.array_split(x, min(self._parts, x.shape[1]), axis=1)
+        done = 0
         try:
-            return list(self._spread(self._call, pieces))
+            for answer in self._spread(self._call, pieces):
+                yield answer
+                done += 1
+            return
         except (TypeError, ValueError, IndexError) as error:
             if self._call.one_by_one:
                 raise
-            self._call.one_by_one = True
-            try:
-                self._call(x[:, :1])
-            except _UnusableValueError:
-                raise
-            except Exception as other:
-                self._call.one_by_one = False
-                error.add_note(f"Called with the first point alone, func raised {type(other).__name__}: {other}")
-                error.add_note("A point has the shape (d,), also for d = 1: write x[0] for its first coordinate")
-                raise error from None
+            self._try_one_point(pieces[done], error)
             reason = f"{type(error).__name__}: {error}"
-        answers = list(self._spread(self._call, pieces))
-        self.diagnoses.add(diagnosis("point-by-point", shape=pieces[0].shape, reason=reason))
-        return answers
+        rest = pieces[done:]
+        self._call.one_by_one = True
+        yield from self._spread(self._call, rest)
+        self.diagnoses.add(diagnosis("point-by-point", shape=rest[0].shape, reason=reason))
+
+    def _try_one_point(self, x: NDArray[Any], error: Exception) -> None:
+        """Call func with the first point alone; raise `error`, which the points together raised, if that fails too."""
+        self._call.one_by_one = True
+        try:
+            self._call(x[:, :1])
+        except _UnusableValueError:
+            raise
+        except Exception as other:
+            error.add_note(f"Called with the first point alone, func raised {type(other).__name__}: {other}")
+            error.add_note("A point has the shape (d,), also for d = 1: write x[0] for its first coordinate")
+            raise error from None
+        finally:
+            self._call.one_by_one = False
 
 
 class _Call:
@@ -165,6 +189,11 @@ def _as_numbers(values: Any) -> tuple[NDArray[Any], float]:
         raise _UnusableValueError(str(error)) from None
     dtype = np.asarray(given).dtype
     return numbers, float(np.finfo(dtype if dtype.kind in "fc" else np.float64).eps)
+
+
+def _cut(x: NDArray[Any], most: int) -> list[NDArray[Any]]:
+    """Consecutive points (d, m), at most so many."""
+    return [np.ascontiguousarray(x[:, i : i + most]) for i in range(0, x.shape[1], most)]
 
 
 def _one_structure(answers: list[Answer]) -> Branch | None:

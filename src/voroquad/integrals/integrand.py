@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import zlib
+from typing import Any
+
 import numpy as np
 
 from .._support.arrays import Array
 from .diagnostics import Diagnoses, diagnosis
 from .evaluation import Function
 from .regions import Region
+from .watch import Watch
 
 
 class Integrand:
@@ -19,12 +23,12 @@ class Integrand:
         Takes points (k, n), returns values (fields, n).
     region : Region
         What is integrated over, as a map from the unit box.
-    batch : int, optional
-        The most points of a call of the function.
+    watch : Watch, optional
+        What counts evaluations and takes estimates of the integral over the region.
     """
 
-    def __init__(self, function: Function, region: Region, batch: int | None = None):
-        self.function, self.region, self._batch = function, region, batch
+    def __init__(self, function: Function, region: Region, watch: Watch[Any] | None = None):
+        self.function, self.region, self.watch = function, region, watch or Watch()
 
     @property
     def d(self) -> int:
@@ -52,20 +56,46 @@ class Integrand:
 
     def __call__(self, u: Array) -> Array:
         """Values times the volume element, (fields, n), at points u (n, d) of the unit box; NaN where not finite."""
-        n, most = len(u), self._batch or len(u)
-        if n <= most:
-            return self._values(u)
-        return np.concatenate([self._values(u[i : i + most]) for i in range(0, n, most)], axis=1)
+        return _joined(self._evaluated(u, []))
 
-    def _values(self, u: Array) -> Array:
+    def in_random_order(self, u: Array, done: list[Array]) -> Array:
+        """The same at points each of which is uniform in the box; those so far are a fair sample of them at any time.
+
+        They are appended to `done`, (fields, m) each. Where there are several batches the order is random. It is drawn
+        by a generator of its own, seeded with a checksum of the points: the same points have the same order, and the
+        caller's random numbers are those of a call without batches.
+        """
+        batch = self.function.batch(len(u))
+        if batch is None or len(u) <= batch:
+            return _joined(self._evaluated(u, done))
+        order = np.random.default_rng(zlib.crc32(u.tobytes())).permutation(len(u))
+        shuffled = _joined(self._evaluated(u[order], done))
+        found = np.empty_like(shuffled)
+        found[:, order] = shuffled
+        return found
+
+    def _evaluated(self, u: Array, done: list[Array]) -> list[Array]:
+        """`done` with the values (fields, m) of consecutive points, appended as they come."""
         x, volume = self.pull_back(u.T)
-        values = self.function(x)
+        begin = 0
+        for values in self.function.batches(x):
+            end = begin + values.shape[1]
+            done.append(self._fields(values, x[:, begin:end], volume[begin:end]))
+            begin = end
+            self.watch.evaluated(values.shape[1])
+        return done
+
+    def _fields(self, values: Array, x: Array, volume: Array) -> Array:
         with np.errstate(over="ignore", invalid="ignore"):
             fields = volume * values
         bad = ~np.isfinite(fields)
         if bad.any():
             at = bad.any(axis=0)
             first = np.asarray(x, dtype=np.float64)[:, np.argmax(at)].tolist()
-            self.diagnoses.add(diagnosis("not-finite", first_x=first, points=int(np.count_nonzero(at)), of=len(u)))
+            self.diagnoses.add(diagnosis("not-finite", first_x=first, points=int(np.count_nonzero(at)), of=x.shape[1]))
             fields[bad] = np.nan
         return fields
+
+
+def _joined(parts: list[Array]) -> Array:
+    return parts[0] if len(parts) == 1 else np.concatenate(parts, axis=1)

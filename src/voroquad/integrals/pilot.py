@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,22 +25,28 @@ FEWEST = 4
 #: Share of the evaluations that are the grid's.
 GRID_SHARE = 0.25
 
+#: The most cells: beyond, all further evaluations are samples, and memory stays what it is, 184 MB a component.
+MOST_CELLS = 1 << 24
+
 #: Points of a call of the integrand, about; a cell may have 2^14 samples.
 POINTS_AT_ONCE = 1 << 17
+
+#: Parts that the samples come in, in random order, as long as each has about so many samples.
+PARTS, FEWEST_OF_A_PART = 32, 1 << 11
 
 RULES: dict[int, type[_core.PilotRule]] = {1: _core.PilotRule1, 2: _core.PilotRule2, 3: _core.PilotRule3}
 
 
 def grid_side(n: int, d: int) -> int:
-    """The number k of cells along an axis: the largest with k^d at most a quarter of n evaluations.
+    """The number k of cells along an axis: the largest with k^d at most a quarter of n evaluations, and 2^24.
 
     Examples
     --------
     >>> from voroquad.integrals.pilot import grid_side
-    >>> grid_side(16384, 2), grid_side(16384, 3)
-    (64, 16)
+    >>> grid_side(16384, 2), grid_side(16384, 3), grid_side(10**9, 3)
+    (64, 16, 256)
     """
-    return max(1, int((GRID_SHARE * n) ** (1 / d) + 1e-9))
+    return max(1, int(min(GRID_SHARE * n, MOST_CELLS) ** (1 / d) + 1e-9))
 
 
 @dataclass(frozen=True)
@@ -57,38 +63,33 @@ class PilotEstimator:
 
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations for each of the sets."""
-        d = self.integrand.d
-        run = _Run(self.integrand, grid_side(n, d), self.threads)
-        run.evaluate_grid(self._keys())
-        found = [run.estimate(n)]
-        for _ in range(1, self.sets):
-            run.start_again(self._keys())
-            found.append(run.estimate(n))
-        return across(found, shared=run.k**d)
-
-    def _keys(self) -> NDArray[np.uint64]:
-        d = self.integrand.d
-        return self.rng.integers(0, 2**64, size=(RULES[d].sequences, d, 65), dtype=np.uint64)
+        run = _Run(self.integrand, grid_side(n, self.integrand.d), self.rng, self.threads)
+        found: list[Estimate] = []
+        self.integrand.watch.follow(lambda: across(found, run.cells) if found else run.known())
+        run.start(n)
+        for _ in range(self.sets):
+            found.append(run.estimate())
+        return across(found, run.cells)
 
 
-@dataclass
 class _Run:
     """The rule on a grid of k^d cells; values are in units of 2^power, so that no square over- or underflows."""
 
-    integrand: Integrand
-    k: int
-    threads: int
-    rule: _core.PilotRule = field(init=False)
-    power: NDArray[np.intc] = field(init=False)
-    grid_is_zero: NDArray[np.bool_] = field(init=False)
+    def __init__(self, integrand: Integrand, k: int, rng: np.random.Generator, threads: int):
+        self.integrand, self.k, self.rng, self.threads = integrand, k, rng, threads
+        self.cells = int(k**integrand.d)
+        self.parts = self.samples = 0
+        self.steps: list[Array] = []  # Σ over cells of (their mean − the value at the centre), after each part
 
-    @property
-    def cells(self) -> int:
-        return int(self.k**self.integrand.d)
+    def start(self, n: int) -> None:
+        """Evaluate the grid and plan at most n minus its size samples."""
+        self._evaluate_grid()
+        samples = n - self.cells
+        most = min(max(samples // PARTS, FEWEST_OF_A_PART), POINTS_AT_ONCE)
+        self.parts = self.rule.plan(samples, most, self.threads)
 
-    def evaluate_grid(self, keys: NDArray[np.uint64]) -> None:
-        """Fill the grid, component by component."""
-        kind = RULES[self.integrand.d]
+    def _evaluate_grid(self) -> None:
+        kind, keys = RULES[self.integrand.d], self._keys()
         for begin in range(0, self.cells, POINTS_AT_ONCE):
             end = min(begin + POINTS_AT_ONCE, self.cells)
             values = self.integrand(kind.centres(self.k, begin, end).T)
@@ -102,41 +103,63 @@ class _Run:
         _, self.power = np.frexp(largest)
         for grid, power in zip(fields, self.power, strict=True):
             np.ldexp(grid, -power, out=grid)
+        self.midpoints = np.array([grid.sum() for grid in fields])
 
-    def start_again(self, keys: NDArray[np.uint64]) -> None:
-        """The same grid, other samples."""
-        old, fields = self.rule, len(self.power)
-        self.rule = RULES[self.integrand.d](self.k, fields, keys)
-        for f in range(fields):
-            self.rule.grid(f)[:] = old.grid(f)
+    def _keys(self) -> NDArray[np.uint64]:
+        d = self.integrand.d
+        return self.rng.integers(0, 2**64, size=(RULES[d].sequences, d, 65), dtype=np.uint64)
 
-    def estimate(self, n: int) -> Estimate:
-        """From the grid and at most n minus its size samples."""
+    def estimate(self) -> Estimate:
+        """From the grid and samples of which no estimate before knows.
+
+        The parts come in random order, so that those so far are a fair sample of all at any time.
+        """
         rule = self.rule
-        rule.plan(n - self.cells, self.threads)
-        samples = 0
-        while (points := rule.next(POINTS_AT_ONCE, self.threads)).size:
+        if self.steps:
+            rule.renew(self._keys())
+        self.steps.clear()
+        self.samples = 0
+        for part in self.rng.permutation(self.parts) if self.parts > 1 else range(1):
+            points = rule.draw(part, self.threads)
             values = self.integrand(points.T)
             unknown = self.grid_is_zero & (rule.largest == 0)
             if unknown.any():  # no value but 0 so far: any unit will do for those
                 _, power = np.frexp([_largest(v) for v in values])
                 self.power = np.where(unknown, power, self.power).astype(np.intc)
             rule.add(np.ldexp(values, -self.power[:, None]), self.threads)
-            samples += points.shape[1]
-        return self._estimate(samples)
+            self.steps.append(rule.integral - rule.midpoints)
+            self.samples += points.shape[1]
+        return self._estimate()
 
-    def _estimate(self, samples: int) -> Estimate:
+    def known(self) -> Estimate | None:
+        """What two parts or more tell of all: they are drawn from them without replacement.
+
+        With D_c the sum over the cells of part c of their means minus the values at their centres, the sum of all D is
+        estimated by B times the mean of b of them, B being their number. Its variance is B² (1 − b/B) s²/b for the
+        choice of the parts, and B/b times that of the samples in them.
+        """
+        b, whole = len(self.steps), self.parts
+        if b < 2:
+            return None
+        differences = np.diff(self.steps, axis=0, prepend=0.0)
+        mean = self.midpoints + whole * differences.mean(axis=0)
+        between = whole * (whole - b) / b * differences.var(axis=0, ddof=1)
+        error = np.sqrt(between + whole / b * self.rule.square)
+        mean, error = (np.ldexp(x / self.cells, self.power) for x in (mean, error))
+        return Estimate(mean, error, np.zeros_like(error), self.cells + self.samples, b - 1)
+
+    def _estimate(self) -> Estimate:
         rule, cells = self.rule, self.cells
         mean, rounding = rule.integral / cells, ROUNDING * self.integrand.epsilon * rule.size / cells
         error = np.hypot(np.sqrt(rule.square) / cells, rounding)
         warnings = []
         if not self.integrand.empty:
             zero = self.grid_is_zero & (rule.value_square == 0)
-            warnings = unresolved(rule.absolute, rule.value_square, zero, samples)
+            warnings = unresolved(rule.absolute, rule.value_square, zero, self.samples)
             if surprise := self._surprise():
                 warnings += [] if any(w.kind == "few-samples" for w in warnings) else [surprise]
         mean, error, rounding = (np.ldexp(x, self.power) for x in (mean, error, rounding))
-        return Estimate(mean, error, rounding, cells + samples, math.inf, tuple(warnings))
+        return Estimate(mean, error, rounding, cells + self.samples, math.inf, tuple(warnings))
 
     def _surprise(self) -> IntegrationWarning | None:
         """A warning where one cell makes up the error of a component and a value there came as a surprise."""

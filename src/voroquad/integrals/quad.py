@@ -14,7 +14,6 @@ from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, as_generator
 from ..rules.registry import DEBIAS
 from .adaptation import Adaptation, AdaptiveEstimator, single
-from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import Estimate
 from .evaluation import Function
 from .integrand import Integrand
@@ -22,10 +21,12 @@ from .measures import PiecewiseUniform, ProductMeasure
 from .methods import estimator
 from .pieces import Part, Sum
 from .places import parts_of
+from .progress import Progress, batches, ended, following
 from .refinement import refine, tolerance
 from .regions import Region
 from .result import QuadResult
 from .rotation import rotating
+from .watch import Watch, WatchOfParts
 from .workers import mapping
 
 P = ParamSpec("P")
@@ -84,6 +85,8 @@ def quad(
     atol: float | None = None,
     max_evaluations: int = 1_000_000,
     batch: int | None = None,
+    callback: Callable[[Progress], Any] | None = None,
+    progress: bool = False,
     workers: int | Callable[..., Any] = 1,
     threads: int | None = None,
 ) -> QuadResult:
@@ -155,7 +158,14 @@ def quad(
     max_evaluations : int
         Of all sets together, in tolerance mode.
     batch : int, optional
-        The most points of a call of func. The result does not depend on it.
+        The most points of a call of func. The result does not depend on it. If it is left out, func gets many points
+        at once, and of the points of an estimate a 64th with `callback`, `progress` or vectorized=False.
+    callback : callable, optional
+        ``callback(p)`` gets a :class:`Progress` after each batch: evaluations so far, and the estimate and its error
+        where there is one yet. True, or StopIteration, ends the integration with that estimate and the warning
+        ``"stopped"``. Such an estimate has no bias if what decides are time or evaluations, not its value.
+    progress : bool
+        Show a bar on standard error.
     workers : int or callable
         Number of processes that evaluate func (-1: one per processor), or a map-like callable such as
         ``multiprocessing.Pool(4).map``. The result does not depend on it. Each call starts its own processes, which
@@ -175,10 +185,13 @@ def quad(
     ValueError
         Limits that are no numbers; n_points < 1; a rule that does not exist; a sampler whose points are not uniform;
         values of a wrong shape or masked ones; a func that cannot be sent to other processes.
+    IntegrationInterrupted
+        Ctrl-C, as a KeyboardInterrupt whose ``result`` is the estimate so far, if there is one yet.
     RuntimeError
         A worker process ended early; func raised what cannot be sent to this process.
     TypeError
-        func is not callable; an argument of SciPy's functions that this one has not (the message says what to write).
+        func or callback is not callable; an argument of SciPy's functions that this one has not (the message says what
+        to write).
     Exception
         What func raises, with a note that says at which points. Where func raises TypeError, ValueError or IndexError
         and takes a single point, it is called point by point instead.
@@ -217,29 +230,36 @@ def quad(
     one_of("debias", debias, DEBIAS)
     wanted = None if rtol is None and atol is None else tolerance(rtol or 0, atol or 0)
     batch = None if batch is None else positive_int("batch", batch)
+    if callback is not None and not callable(callback):
+        raise TypeError(f"callback must be callable, as lambda p: p.n_evaluations > 10**6 is, got {callback!r}")
+    most = n_points * n_estimates if wanted is None else _budget(max_evaluations, n_estimates)
     generator = as_generator(rng)
     places, library = parts_of(a, b, measure, loc, scale)
     adaptations: list[Adaptation] = []
+    watch: Watch[Estimate] = Watch()
+    watch_here = watch if len(places) == 1 else WatchOfParts(watch)
+    followed = callback is not None or progress or not vectorized
     with mapping(workers, (func, args, kwargs)) as (spread, parts):
-        function = Function(func, library, args, kwargs, vectorized, spread, parts)
-        rule = _Rule(function, batch, n_points, method, sampler, order, debias, generator, threads)
+        most_at_once = batches(batch, n_points, followed)
+        function = Function(func, library, args, kwargs, vectorized, spread, parts, most_at_once)
+        rule = _Rule(function, watch_here, n_points, method, sampler, order, debias, generator, threads)
         if adapt is False:
             estimate = rule.on(places, n_estimates)
         else:
             region = single(places, adapt, wanted is not None)
             estimate = rule.adapted(region, n_estimates, adapt is True, adaptations.append)
-        if wanted is None:
-            found = estimate(n_points)
-        else:
-            most = positive_int("max_evaluations", max_evaluations)
-            if most < n_estimates:
-                raise ValueError(f"max_evaluations must be at least n_estimates = {n_estimates}, got {most}")
-            found = refine(
-                lambda n: estimate(n // n_estimates),
-                wanted, n_points * n_estimates, most, places[0].region.d, function.diagnoses,
-            )  # fmt: skip
-    _add_warnings(found, function)
-    return replace(QuadResult.of(found, function), adaptation=adaptations[0] if adaptations else None)
+
+        def compute() -> Estimate:
+            if wanted is None:
+                return estimate(n_points)
+            first, dimension = n_points * n_estimates, places[0].region.d
+            return refine(
+                lambda n: estimate(n // n_estimates), wanted, first, most, dimension, function.diagnoses, watch
+            )
+
+        with following(watch, function, callback, progress, most):
+            result = ended(compute, watch, function)
+    return replace(result, adaptation=adaptations[0] if adaptations else None)
 
 
 @dataclass(frozen=True)
@@ -247,7 +267,7 @@ class _Rule:
     """The rule that the arguments of `quad` name, for any region."""
 
     function: Function
-    batch: int | None
+    watch: Watch[Estimate]
     n_points: int
     method: str
     sampler: str | EngineFactory
@@ -270,7 +290,7 @@ class _Rule:
 
     def integrand(self, region: Region) -> Integrand:
         """The function on a region."""
-        return Integrand(self.function, region, self.batch)
+        return Integrand(self.function, region, self.watch)
 
     def _over(self, region: Region, sets: int, method: str | None = None) -> Callable[[int], Estimate]:
         return estimator(
@@ -284,17 +304,8 @@ class _Rule:
         return self._over(region, sets, "plain" if nothing_asked and sets > 1 else None)
 
 
-def _add_warnings(found: Estimate, function: Function) -> None:
-    """Issue the warnings of an estimate."""
-    for warning in found.warnings:
-        kept = _zeros_of_both_parts(warning, function) if warning.kind == "zero" else warning
-        if kept:
-            function.diagnoses.add(kept)
-
-
-def _zeros_of_both_parts(warning: IntegrationWarning, function: Function) -> IntegrationWarning | None:
-    """The warning of rows that are 0, without those whose complex number has another part that is not."""
-    assert function.form is not None
-    zeros = set(warning.details["components"])
-    rows = [row for row, other in enumerate(function.form.partners()) if {row, other} <= zeros]
-    return diagnosis("zero", **warning.details | {"components": rows}) if rows else None
+def _budget(max_evaluations: int, n_estimates: int) -> int:
+    most = positive_int("max_evaluations", max_evaluations)
+    if most < n_estimates:
+        raise ValueError(f"max_evaluations must be at least n_estimates = {n_estimates}, got {most}")
+    return most

@@ -14,6 +14,7 @@ from scipy.special import stdtrit
 from .._support.arrays import Array
 from .diagnostics import Diagnoses, diagnosis
 from .estimates import Estimate
+from .watch import Watch
 
 #: Part of the tolerance that a set must meet to end the refinement, since the error of the next set may be larger.
 SAFETY = 0.7
@@ -48,7 +49,13 @@ def tolerance(rtol: Any, atol: Any) -> Tolerance:
 
 
 def refine(
-    estimate: Callable[[int], Estimate], wanted: Tolerance, n: int, most: int, dimension: int, diagnoses: Diagnoses
+    estimate: Callable[[int], Estimate],
+    wanted: Tolerance,
+    n: int,
+    most: int,
+    dimension: int,
+    diagnoses: Diagnoses,
+    watch: Watch[Estimate],
 ) -> Estimate:
     """Estimates from independent sets, larger and larger, until one meets the tolerance; then a last one.
 
@@ -73,12 +80,15 @@ def refine(
         Rough integrands gain N^(−½−1/d) or so; that predicts the next size.
     diagnoses : Diagnoses
         Where to add warnings. The warning that an integral of 0 meets no rtol is added after two such sets.
+    watch : Watch
+        Gets the estimate of each round.
     """
     spent, zeros = 0, 0
     trials: list[Estimate] = []
     while 2 * n <= most - spent:
         trial = estimate(n)
         trials.append(trial)
+        watch.finish(trial)
         spent += trial.n
         excess = wanted.excess(trial)
         room = (most - spent) // 2

@@ -54,8 +54,12 @@ class ReplicateEstimator:
 
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations for each of the sets."""
-        return across([_Replicates(self.integrand, 1 << int(math.log2(max(n // REPLICATES, 1)))).estimate(self.rng)
-                       for _ in range(self.sets)])  # fmt: skip
+        found: list[Estimate] = []
+        for _ in range(self.sets):
+            replicates = _Replicates(self.integrand, 1 << int(math.log2(max(n // REPLICATES, 1))))
+            self.integrand.watch.follow((lambda: across(found)) if found else replicates.known)
+            found.append(replicates.estimate(self.rng))
+        return across(found)
 
 
 class _Replicates:
@@ -70,6 +74,8 @@ class _Replicates:
         wanted = MOST_PER_TERM * len(self.terms) / (REPLICATES - 2)
         #: Points of a replicate that take part in fits, a power of two
         self.fitted = min(m, 1 << max(6, math.ceil(math.log2(wanted))))
+        self._plain: list[Array] = []  # means (fields,) of the points of a replicate that take part in fits
+        self._corrected: list[Array] = []  # estimates (fields,) of the replicates that are done
 
     def estimate(self, rng: np.random.Generator) -> Estimate:
         """Draws, fits, and corrects."""
@@ -78,7 +84,10 @@ class _Replicates:
         d = self.integrand.d
         engines = [qmc.Sobol(d, scramble=True, bits=53, rng=r) for r in rng.spawn(REPLICATES)]
         points = [engine.random(self.fitted) for engine in engines]
-        values = [self._values(x) for x in points]
+        values = []
+        for x in points:
+            values.append(self._values(x))
+            self._plain.append(values[-1].mean(axis=1))
         _, power = np.frexp(np.max([_largest(y) for y in values], axis=0))
         values = [np.ldexp(y, -power[:, None]) for y in values]
         moments = [NormalEquations.of(self.terms, x, y) for x, y in zip(points, values, strict=True)]
@@ -90,7 +99,16 @@ class _Replicates:
                 x = engine.random(min(POINTS_AT_ONCE, self.m - done))
                 of_replicate += self._sums(c, x, np.ldexp(self._values(x), -power[:, None]))
             sums.append(np.stack([c[0], *(of_replicate / self.m)]))
+            self._corrected.append(np.ldexp(c[0] + of_replicate[0] / self.m, power))
         return self._estimate(np.stack(sums), power)
+
+    def known(self) -> Estimate | None:
+        """The mean of the replicates that are done, or of the points that take part in fits; None of fewer than two."""
+        means, each = (self._corrected, self.m) if len(self._corrected) > 1 else (self._plain, self.fitted)
+        if len(means) < 2:
+            return None
+        error = ERROR_SCALE * np.std(means, axis=0, ddof=1) / math.sqrt(len(means))
+        return Estimate(np.mean(means, axis=0), error, np.zeros_like(error), each * len(means), len(means) - 1)
 
     def _values(self, x: Array) -> Array:
         return self.integrand(np.asfortranarray(x))

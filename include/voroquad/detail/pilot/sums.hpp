@@ -36,6 +36,7 @@ struct WorstCell {
 // Sums over cells, in each over its m samples y with predictions P and residuals r = y − P
 struct PilotSums {
     ExactSum integral;         // cell mean of P + (1/m) Σ r
+    ExactSum midpoints;        // value at the centre
     double square = 0.0;       // Σ (r/m)²
     double size = 0.0;         // |cell mean of P| + (1/m) Σ (|y| + |P|): what rounds
     double absolute = 0.0;     // (1/m) Σ |y|
@@ -45,6 +46,7 @@ struct PilotSums {
 
     void add(const PilotSums &other) {
         integral.add(other.integral);
+        midpoints.add(other.midpoints);
         square += other.square;
         size += other.size;
         absolute += other.absolute;
