@@ -35,7 +35,7 @@ def test_the_bar_of_a_line():
     f, x = values_of(samples), samples.points[..., 0]
     fit, choice = fit_by_choice(samples, CHOICE, 1, f), choose_on_line(x, f)
     np.testing.assert_array_equal(fit.weights, choice.weights)
-    expected = on_line(x[0], choice.residuals[0], choice.around[0], choice.reference[0])
+    expected = on_line(x[0], f[0], choice.residuals[0], choice.around[0], choice.reference[0])
     found = fit.bar(fit.residuals[0])
     np.testing.assert_array_equal(found.error, expected.error)
     np.testing.assert_array_equal(found.degrees_of_freedom, expected.degrees_of_freedom)

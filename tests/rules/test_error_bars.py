@@ -8,6 +8,7 @@ from scipy import stats
 
 import voroquad as vq
 from voroquad.rules import error_bars
+from voroquad.rules.ends import deviations
 from voroquad.rules.error_bars import LEVEL, NORMAL, in_plane, of_corrections, on_line
 from voroquad.rules.kriging_rules import strata_in_colours
 from voroquad.rules.line_fits import choose_on_line
@@ -45,7 +46,7 @@ def test_many_equal_corrections_make_a_normal_interval_on_the_line():
     n = 400
     x = vq.sample("stratified", n, 1, rng=2).points[:, 0]
     r = np.where(np.arange(n) % 2, 1.0, -1.0)[None]
-    bar = on_line(x, r, np.zeros((1, n, 3)), r)
+    bar = on_line(x, 0 * r, r, np.zeros((1, n, 3)), r)
     assert bar.degrees_of_freedom == np.inf
     np.testing.assert_allclose(bar.error, 0.9 / math.sqrt(n))
 
@@ -55,9 +56,23 @@ def test_one_correction_at_an_end_of_the_line_has_few_degrees_of_freedom():
     n = 40
     x = vq.sample("stratified", n, 1, rng=2).points[:, 0]
     r = np.where(np.arange(n) == 0, 1.0, 0.0)[None]
-    bar = on_line(x, r, np.zeros((1, n, 3)), r)
+    bar = on_line(x, 0 * r, r, np.zeros((1, n, 3)), r)
     assert bar.degrees_of_freedom == 3
     np.testing.assert_allclose(half_width(bar), stats.t.ppf(LEVEL, 1) / 2 / n)
+
+
+def test_curves_at_the_ends_widen_the_interval():
+    n = 40
+    x = vq.sample("stratified", n, 1, rng=2).points[:, 0]
+    r = np.where(np.arange(n) == 0, 1.0, 0.0)[None]
+    around = np.zeros((1, n, 3))
+    around[0, 0] = 1, 0.5, 0.3
+    power = (x**-0.4)[None]
+    bar = on_line(x, power, 1e-3 * r, around, r)
+    left = deviations(x, power, around)[0, 0]
+    assert left > 0
+    without = on_line(x, 0 * power, 1e-3 * r, around, r)
+    np.testing.assert_allclose(half_width(bar), max(half_width(without)[0], 1.5 * left / n))
 
 
 def test_orders_that_adapted_count_for_more_degrees():
@@ -65,7 +80,7 @@ def test_orders_that_adapted_count_for_more_degrees():
     x = vq.sample("stratified", n, 1, rng=2).points[:, 0]
     r = np.where(np.arange(n) < 3, 1.0, 0.0)[None]
     around = np.stack([-r, 0 * r, r], axis=-1)
-    alike, adapted = (on_line(x, r, around, factor * r) for factor in (1, 100))
+    alike, adapted = (on_line(x, 0 * r, r, around, factor * r) for factor in (1, 100))
     assert adapted.degrees_of_freedom > alike.degrees_of_freedom + 1
     assert half_width(adapted) < half_width(alike)
 
@@ -147,7 +162,7 @@ def test_intervals_on_the_line_hold_ends_edges_and_waves(n):
     f = np.stack(functions, axis=1)
     choice = choose_on_line(x, f)
     errors = abs((choice.weights * f).sum(axis=-1) - truth)
-    bars = [on_line(*one) for one in zip(x, choice.residuals, choice.around, choice.reference, strict=True)]
+    bars = [on_line(*one) for one in zip(x, f, choice.residuals, choice.around, choice.reference, strict=True)]
     held = (errors <= np.array([half_width(bar) for bar in bars]) + 1e-15).sum(axis=0)
     assert (held >= 172).all()
     alone = np.array([NORMAL * of_corrections(r, 0.5).error for r in choice.residuals])

@@ -62,14 +62,14 @@ def _on_line(samples: SampleSet, values: Array) -> ChosenFit:
     """By orders for each stratum."""
     points = samples.batch[..., 0]
     choice = choose_on_line(points, values)
-    bar = partial(_bar_on_line, points[0], choice.around[0], choice.reference[0])
+    bar = partial(_bar_on_line, points[0], values[0], choice.around[0], choice.reference[0])
     orders = np.unique(choice.orders)
     chosen = told([f"order {p}" for p in orders], np.searchsorted(orders, choice.orders), "strata")
     return ChosenFit(choice.weights, choice.residuals, bar, chosen)
 
 
-def _bar_on_line(points: Array, around: Array, reference: Array, residuals: Array) -> ErrorBar:
-    return on_line(points, residuals, around, reference)
+def _bar_on_line(points: Array, values: Array, around: Array, reference: Array, residuals: Array) -> ErrorBar:
+    return on_line(points, values, residuals, around, reference)
 
 
 def _by_colour(samples: SampleSet, strata: tuple[int, ...], threads: int, values: Array) -> ChosenFit:

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from .._support.arrays import Array, Indices
+from .ends import deviations
 
 #: The level at which intervals of several kinds are compared.
 LEVEL = 0.975
@@ -22,6 +23,9 @@ NORMAL = float(ndtri(LEVEL))
 
 #: What the squared correction of a stratum at an end of the line counts at least: there the parabola is extrapolated.
 OF_ENDS = 0.25
+
+#: How many times half an interval is what curves with the exponents of the ends leave of the means there, at least.
+OF_CURVES = 1.5
 
 #: Fewest degrees of freedom that are told. With one or two, intervals of other levels would be far too wide or narrow.
 FEWEST_DEGREES = 3.0
@@ -46,13 +50,15 @@ def of_corrections(residuals: Array, scale: float = 1.0) -> ErrorBar:
     return ErrorBar(error, np.maximum(_effective(squares), 1.0))
 
 
-def on_line(points: Array, residuals: Array, around: Array, reference: Array) -> ErrorBar:
+def on_line(points: Array, values: Array, residuals: Array, around: Array, reference: Array) -> ErrorBar:
     """The bar of orders that are chosen by stratum.
 
     Parameters
     ----------
     points : ndarray, (n,)
         In the order of their strata.
+    values : ndarray, (fields, n)
+        Of the integrands.
     residuals, around, reference : ndarray, (fields, n), (fields, n, 3), (fields, n)
         As :class:`voroquad.rules.line_fits.LineChoice` has them.
 
@@ -64,13 +70,13 @@ def on_line(points: Array, residuals: Array, around: Array, reference: Array) ->
     """
     n = len(points)
     variances = _variances_of_parabolas(points, around)
-    ends = np.square(residuals[:, [0, -1]]) * OF_ENDS
-    variances[:, [0, -1]] = np.maximum(variances[:, [0, -1]], ends)
+    variances[:, [0, -1]] = np.maximum(variances[:, [0, -1]], OF_ENDS * np.square(residuals[:, [0, -1]]))
     adapted = _adapted(_neighbours_on_line(np.square(residuals)), _neighbours_on_line(np.square(reference)))
     freedom = 1 + 0.5 * np.maximum(_effective(variances, 1 + 4 * adapted**6) - 1, 0)
     squares = np.square(residuals)
     plain = (0.75 + 0.15 * np.minimum(1, _effective(squares) / 40)) * np.sqrt(squares.sum(axis=-1))
-    return _widest([plain / n], np.sqrt(variances.sum(axis=-1)) / n, freedom)
+    ends = OF_CURVES / NORMAL * deviations(points, values, around).sum(axis=-1)
+    return _widest([plain / n, ends / n], np.sqrt(variances.sum(axis=-1)) / n, freedom)
 
 
 def in_plane(points: Array, strata: tuple[int, ...], colours: Indices, residuals: Array, reference: Array) -> ErrorBar:

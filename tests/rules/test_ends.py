@@ -1,0 +1,81 @@
+"""Ends with powers: their exponents are told by neighbours, and with them what a stratum at an end leaves."""
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import voroquad as vq
+from voroquad.rules.ends import deviations, exponents
+
+
+def places(n=24, seed=1):
+    return vq.sample("stratified", n, 1, rng=seed).points[:, 0]
+
+
+@pytest.mark.parametrize("beta", [-0.6, -0.3, 0.4, 0.8])
+def test_exponents_of_powers_are_found_however_samples_lie(beta):
+    for seed in range(20):
+        t = 24 * places(seed=seed)[:9]
+        assert exponents(t, np.array([3 - 7 * t**beta]))[0] == pytest.approx(beta, abs=0.12)
+
+
+def test_waves_noise_and_what_is_smooth_at_an_end_have_none():
+    t = 24 * places()[:9]
+    noise = np.random.default_rng(2).standard_normal(9)
+    values = np.stack([np.cos(2 * t), noise, np.exp(t / 9), t**1.5, np.where(t < 4, 1.0, 0.0), 0 * t])
+    assert np.isnan(exponents(t, values)).all()
+
+
+@pytest.mark.parametrize("beta", [-0.4, 0.5])
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_what_curves_leave_is_what_the_first_sample_misses_of_the_mean(beta, mirrored):
+    """With predictions that are lines: the mean of f − P over the stratum less its value at the sample."""
+    n = 24
+    x = places(n)
+    t = n * (1 - x[::-1]) if mirrored else n * x
+    f, line = t**beta, 0.7 - 0.05 * t
+    around = np.zeros((1, n, 3))
+    around[0, 0] = (f - line)[:3]
+    values = f[None]
+    if mirrored:
+        around[0, -1], around[0, 0], values = around[0, 0, ::-1].copy(), 0, values[:, ::-1]
+    found = deviations(x, values, around)[0]
+    mean = quad(lambda s: s**beta - 0.7 + 0.05 * s, 0, 1)[0]
+    assert found[int(mirrored)] == pytest.approx(abs(mean - (f - line)[0]), rel=0.35)
+    assert found[1 - int(mirrored)] == 0
+
+
+def test_a_curve_of_the_true_exponent_is_exact(monkeypatch):
+    monkeypatch.setattr("voroquad.rules.ends.exponents", lambda t, values: np.array([-0.4, np.nan]))
+    x = places()
+    t = 24 * x
+    around = np.zeros((2, 24, 3))
+    around[:, 0] = (2 * t**-0.4 - 1.3 + 0.2 * t)[:3]
+    expected = 2 / 0.6 - 1.3 + 0.1 - around[0, 0, 0]
+    np.testing.assert_allclose(deviations(x, np.zeros((2, 24)), around)[:, 0], [abs(expected), 0], rtol=1e-10)
+
+
+def test_a_logarithm_is_the_power_zero(monkeypatch):
+    monkeypatch.setattr("voroquad.rules.ends.exponents", lambda t, values: np.array([0.0]))
+    x = places()
+    around = np.zeros((1, 24, 3))
+    around[0, 0] = np.log(24 * x[:3])
+    expected = abs(-1 - around[0, 0, 0])
+    assert deviations(x, np.zeros((1, 24)), around)[0, 0] == pytest.approx(expected, rel=1e-4)
+
+
+def test_few_strata_tell_no_exponent():
+    x = places(8)
+    np.testing.assert_array_equal(deviations(x, np.sqrt(x)[None], np.ones((1, 8, 3))), 0)
+
+
+@pytest.mark.statistical
+@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
+def test_intervals_hold_an_end_of_infinite_variance():
+    """log x / √x: without the ends' curves 76 to 86 % of the sets are held, in 100 sets hardly ever 93."""
+    held = 0
+    for seed in range(100):
+        result = vq.quad(lambda x: np.log(x[0]) / np.sqrt(x[0]), 0, 1, n_points=64, rng=seed)
+        low, high = result.confidence_interval()
+        held += low <= -4 <= high
+    assert held >= 93
