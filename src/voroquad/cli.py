@@ -7,6 +7,7 @@ import math
 import os
 import signal
 import sys
+import threading
 import traceback
 import warnings
 from collections.abc import Iterator
@@ -24,6 +25,7 @@ from ._support.version import __version__
 if TYPE_CHECKING:
     from ._support.units import Pool
     from .integrals.result import QuadResult
+    from .mitsuba.render import OnRound
 
 #: Exit code of a command ended by Ctrl-C, as shells have it
 INTERRUPTED = 130
@@ -300,8 +302,11 @@ def render(
         int | None, typer.Option(help="Samples per pixel; 64 unless --time or --target-error end it.")
     ] = None,
     sampler: Annotated[
-        str, typer.Option(help="Design of the sets, such as sobol; scene: its own samples; owensobol: no sets.")
-    ] = "stratified",
+        str,
+        typer.Option(
+            help="Design of the sets, such as sobol; scene: its own samples; owensobol: no sets; auto: by a pilot."
+        ),
+    ] = "auto",
     order: Order = None,
     debias: Debias = "auto",
     weighted: Annotated[bool, typer.Option(help="Use the weights, or the same samples without.")] = True,
@@ -324,31 +329,35 @@ def render(
     target_error: Annotated[
         float | None, typer.Option(help="Stop at this standard error of a pixel over the mean radiance.")
     ] = None,
+    view: Annotated[
+        bool, typer.Option("--view", help="Show the image after each round on a page of this machine.")
+    ] = False,
     scheduler: Scheduler = None,
     workers: Workers = None,
     store: Store = None,
     as_json: AsJson = False,
 ) -> None:
-    """Render a Mitsuba scene with weighted sample sets, in rounds that can be resumed."""
+    """Render a Mitsuba scene, in rounds that can be resumed."""
     from .mitsuba import render as renderer
     from .mitsuba.allocation import parse_sharing
     from .mitsuba.loading import parse_parameters, parse_size
 
-    with _pool(scheduler, workers, store, output) as pool:
+    with _pool(scheduler, workers, store, output) as pool, _viewer(scene, view) as on_round:
         summary = renderer.render(
             scene, output, domain=domain, spp=spp, sampler=sampler, order=order, debias=debias,
             weighted=weighted, blend=blend, jitter=jitter,
             sharing=parse_sharing(adaptive, at_least, at_most, pixel_error), size=parse_size(size),
             parameters=parse_parameters(parameters or []), sensor=sensor, variant=variant, seed=seed,
             per_round=per_round, seconds=renderer.parse_seconds(time), target_error=target_error, resume=resume,
-            pool=pool,
+            pool=pool, on_round=on_round,
         )  # fmt: skip
-    if as_json:
-        print(json.dumps(summary))
-    else:
-        error = f", error {summary['error']:.2%}" if summary["error"] is not None else ""
-        error += renderer.not_finite(summary["not_finite"])
-        print("{width}x{height} at {spp} samples per pixel{error}: {output}".format(**summary | {"error": error}))
+        if as_json:
+            print(json.dumps(summary), flush=True)
+        else:
+            error = f", error {summary['error']:.2%}" if summary["error"] is not None else ""
+            error += renderer.not_finite(summary["not_finite"])
+            line = "{width}x{height} at {spp} samples per pixel{error}: {output}"
+            print(line.format(**summary | {"error": error}), flush=True)
 
 
 @app.command()
@@ -361,6 +370,9 @@ def compare(
         str | None,
         typer.Option(help="To compare with uniform, such as uniform-w,stratified-w; default: all there are."),
     ] = None,
+    auto: Annotated[
+        bool, typer.Option("--auto", help="What render chooses from, and which of it a pilot takes.")
+    ] = False,
     jitter: Jitter = False,
     size: Size = None,
     parameters: Parameters = None,
@@ -387,6 +399,7 @@ def compare(
             domain=domain,
             spp=whole_numbers("spp", spp),
             methods=None if methods is None else [name.strip() for name in methods.split(",")],
+            auto=auto,
             size=parse_size(size),
             parameters=parse_parameters(parameters or []),
             sensor=sensor,
@@ -415,6 +428,23 @@ def _pool(scheduler: str | None, workers: int | None, store: str | None, output:
 
     with connected(scheduler, workers, store, output) as pool:
         yield pool
+
+
+@contextmanager
+def _viewer(scene: str, wanted: bool) -> Iterator[OnRound | None]:
+    """What shows the rounds of a render on a page, which stays until Ctrl-C; None if that is not wanted."""
+    if not wanted:
+        yield None
+        return
+    from .explore.view import FilmView, serving
+
+    view = FilmView(Path(scene).stem)
+    with serving(view) as url:
+        _say(f"{url} shows the image after each round")
+        yield view.show
+        _say("the page stays until Ctrl-C")
+        with suppress(KeyboardInterrupt):
+            threading.Event().wait()
 
 
 def main() -> None:

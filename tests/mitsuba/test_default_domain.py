@@ -53,10 +53,13 @@ def test_the_command_line_says_what_was_taken(voroquad, tmp_path):
         '<integer name="width" value="8"/> <integer name="height" value="6"/> </film> </sensor>'
         '<shape type="sphere"/> <emitter type="point"/> </scene>'
     )
-    run = voroquad("render", scene, "--spp", 16, "-o", tmp_path / "o.exr", "--json")
+    run = voroquad("render", scene, "--spp", 16, "--sampler", "stratified", "-o", tmp_path / "o.exr", "--json")
     assert run.returncode == 0, run.stderr
     assert '"domain": "pixel"' in run.stdout
     assert run.stderr.startswith("voroquad: domain pixel, since there is no aperture")
+    left_open = voroquad("render", scene, "--spp", 16, "-o", tmp_path / "o.exr", "--json")
+    assert '"domain": null, "sampler": "owensobol"' in left_open.stdout
+    assert left_open.stderr.startswith("voroquad: owensobol, as the image is too small for a pilot; --sampler names")
     refused = voroquad("compare", scene, "--spp", 16, "-o", tmp_path / "c")
     assert refused.returncode == 2
     assert refused.stderr.count("\n") == 1

@@ -26,7 +26,9 @@ from .developing import colour_count
 from .loading import default_variant, scene_path, use_variant
 from .measurements import MeasuredImages, Reference, errors_of
 from .methods import SOBOL, UNIFORM, RenderMethod, Stage, methods_for
+from .pilot import candidates
 from .render import Image, check_seed
+from .settling import choose
 
 REFERENCE_FACTOR = 16  # samples of the reference over the most samples of a method
 MAX_WAVEFRONT = 2**26  # rays of the reference in flight: about 1 GiB
@@ -40,6 +42,7 @@ def compare(
     domain: str = AUTO,
     spp: Sequence[int] = (16, 64, 256),
     methods: Sequence[str] | None = None,
+    auto: bool = False,
     size: tuple[int, int] | None = None,
     parameters: Mapping[str, str] | None = None,
     sensor: int = 0,
@@ -67,6 +70,9 @@ def compare(
     methods : sequence of str, optional
         Names of methods, such as ``stratified-w``, to compare with ``uniform``; by default all that the scene and
         the domain have.
+    auto : bool
+        Take the settings that a render chooses from, see :func:`voroquad.mitsuba.pilot.candidates`, and tell which of
+        them the pilot of a render takes at the largest spp.
     size : (int, int), optional
         Width and height in pixels; by default those of the scene.
     parameters, sensor, variant
@@ -113,22 +119,23 @@ def compare(
     loaded, camera_sensor = shot.stage()
     domain, choice = settle_domain(domain, loaded, camera_sensor, jitter=jitter)
     stage = Stage(loaded, camera_sensor, domain, jitter)
-    chosen = _chosen(methods_for(stage, spp), methods)
+    chosen = _chosen(_choices(stage, spp) if auto else methods_for(stage, spp), methods)
     for method in chosen:
         for n in spp:
             method.check(stage, n)
     pool.begin(shot.key() | {
-        "command": "compare", "domain": domain, "spp": spp, "methods": methods, "seed": seed, "seeds": seeds,
-        "jitter": jitter,
+        "command": "compare", "domain": domain, "spp": spp, "methods": methods, "auto": auto, "seed": seed,
+        "seeds": seeds, "jitter": jitter,
     })  # fmt: skip
     studio = Studio(shot, stage, pool)
     rounds = reference_rounds(stage, max(spp), seed)
     images = [_Image(m, n, seed, k) for n in spp for m in chosen if m.makes(n) for k in range(seeds)]
-    command = _command(scene, out, shot, spp, methods, seed, seeds, domain, jitter)
+    command = _command(scene, out, shot, spp, methods, auto, seed, seeds, domain, jitter)
+    taken = f"A render at {max(spp)} samples: {choose(stage, max(spp), seed)[1]}. " if auto else ""
     with atomic_directory(out) as folder:
         tell(choice, show=show_progress)
         reference, measured = _measured(studio, rounds, images, seeds, show_progress)
-        sections = write_comparison(folder, reference, measured, jitter)
+        sections = write_comparison(folder, reference, measured, jitter, taken)
         results = Results(f"{Path(scene).stem}: renderings compared", command, sections)
         results.write(folder)
     return results
@@ -162,6 +169,13 @@ def _chosen(known: list[RenderMethod], names: Sequence[str] | None) -> list[Rend
     if unknown := sorted(set(names) - {method.name for method in known}):
         raise ValueError(f"methods: there is no {unknown[0]!r} here; choose from {', '.join(m.name for m in known)}")
     return [method for method in known if method is UNIFORM or method.name in names]
+
+
+def _choices(stage: Stage, spp: Sequence[int]) -> list[RenderMethod]:
+    """What a render chooses from, and the uniform sets that all are compared with."""
+    if found := candidates(stage, spp):
+        return [UNIFORM, *found]
+    raise ValueError("auto has nothing to choose from where objects move in slices; leave it out")
 
 
 @dataclass(frozen=True)
@@ -270,6 +284,7 @@ def _command(
     shot: Shot,
     spp: Sequence[int],
     methods: Sequence[str] | None,
+    auto: bool,
     seed: int,
     seeds: int,
     domain: str,
@@ -279,6 +294,7 @@ def _command(
     command = ["voroquad", "compare", os.fspath(scene), "-o", os.fspath(out), "--domain", domain]
     command += ["--spp", ",".join(map(str, spp)), "--jitter" if jitter else "--no-jitter", "--seed", str(seed)]
     command += ["--methods", ",".join(methods)] if methods is not None else []
+    command += ["--auto"] if auto else []
     command += ["--seeds", str(seeds)] if seeds > 1 else []
     command += ["--size", f"{shot.size[0]}x{shot.size[1]}"] if shot.size else []
     for name, value in shot.parameters.items():

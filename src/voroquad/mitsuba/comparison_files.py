@@ -16,8 +16,10 @@ from .methods import UNIFORM, RenderMethod
 from .render import write_image
 
 
-def write_comparison(folder: Path, reference: Reference, measured: list[MeasuredImages], jitter: bool) -> list[Section]:
-    """Write images, numbers and plot of a comparison into a folder; say what they are."""
+def write_comparison(
+    folder: Path, reference: Reference, measured: list[MeasuredImages], jitter: bool, taken: str = ""
+) -> list[Section]:
+    """Write images, numbers and plot of a comparison into a folder; say what they are, and what a render takes."""
     for name in ("images", "differences", "closeups", "lambda"):
         (folder / name).mkdir()
     write_image(reference.image, folder / "images" / "reference.exr")
@@ -66,7 +68,7 @@ def write_comparison(folder: Path, reference: Reference, measured: list[Measured
             "Images",
             f"All methods render the scene's own integrator and sample {where}, at equal samples per pixel. The "
             f"reference is the mean of {reference.rounds} rounds of unweighted Sobol' sets, {reference.spp} samples "
-            f"per pixel in all; half of it against the other half puts its own MSE at {reference.mse:.2g}.",
+            f"per pixel in all; half of it against the other half puts its own MSE at {reference.mse:.2g}. {taken}",
             comparisons=[comparison],
         ),
         Section("Errors", figures=[error_figure]),

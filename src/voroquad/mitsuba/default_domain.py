@@ -26,6 +26,14 @@ def tell(line: str, *, show: bool) -> None:
         print(line, file=sys.stderr)
 
 
+def known_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> str:
+    """The domain that is chosen, or ``pixel`` where there is none to sample."""
+    try:
+        return choose_domain(scene, sensor, jitter=jitter)[0]
+    except ValueError:
+        return "pixel"
+
+
 def choose_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> tuple[str, str]:
     """The domain that the scene has, and why it was chosen.
 

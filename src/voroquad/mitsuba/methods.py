@@ -10,6 +10,7 @@ import mitsuba as mi
 
 from ..results.manifest import Line
 from ..results.style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION
+from .allocation import Sharing
 from .domains import find_domain
 from .loading import make_integrator, motion_of, own_integrator
 
@@ -46,6 +47,7 @@ class RenderMethod:
     properties: dict[str, Any]
     line: Line
     joint: bool = False  # with the pixel's area in one set
+    cost: float = 1.0  # of a sample, over one of the nested integrator alone
 
     @property
     def blends(self) -> bool:
@@ -65,8 +67,10 @@ class RenderMethod:
             integrator.check_blend(stage.sensor, 1)
 
     def makes(self, spp: int) -> bool:
-        """Whether a sampler of Mitsuba's makes this number of samples, or rounds it."""
-        if self.kind == "reweighted":
+        """Whether a sampler makes this number of samples, or rounds it; that of the scene is not asked."""
+        if "adaptive" in self.properties:
+            return spp > Sharing.at_least
+        if self.kind == "reweighted" or self is OWN:
             return True
         kind = self.properties["scene_sampler"]["type"]
         # The orthogonal sampler warns where it rounds
@@ -125,6 +129,14 @@ OF_MITSUBA = (
 OWEN_SOBOL = RenderMethod(
     "owensobol", "owensobol", "plain", {"scene_sampler": {"type": "owensobol"}}, Line(PURPLE, "solid")
 )
+#: What a render chooses from besides, see `candidates`
+OWN = RenderMethod("own", "the scene's own sampler", "plain", {}, Line(INK, "solid"))
+WEIGHTS = RenderMethod(
+    "weights", "stratified + blend, owensobol", "reweighted",
+    {"sampler": "stratified", "weighted": True, "blend": "auto"} | OWEN_SOBOL.properties,
+    Line(VERMILION, "dotted", "diamond"),
+)  # fmt: skip
+ADAPTIVE = RenderMethod("adaptive", "adaptive", "plain", {"adaptive": "absolute"}, Line(SKY, "solid"), cost=1.1)
 
 
 def methods_for(stage: Stage, spp: Sequence[int]) -> list[RenderMethod]:

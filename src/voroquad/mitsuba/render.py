@@ -8,8 +8,8 @@ import math
 import os
 import re
 import time
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -25,11 +25,11 @@ from .._support.units import ONE_PROCESS, LocalFile, Pool
 from .allocation import Sharing
 from .bands import Camera, Shot, forgetting
 from .blend import Floats
-from .default_domain import AUTO, settle_domain, tell
+from .default_domain import AUTO, tell
 from .errors import one_line_errors
-from .loading import motion_of, scene_path, use_variant
-from .methods import OWEN_SOBOL
+from .loading import scene_path, use_variant
 from .rounds import Rounds, round_seed
+from .settling import Settled, Wanted, settle
 
 DEFAULT_SPP = 64
 #: Samples per pixel of an image at most
@@ -38,6 +38,8 @@ MOST_SPP = 2**32
 LONGEST_ROUND = 256
 #: Where rounds come fast, from many workers: time between two images of them over the time to write one
 PICTURES = 10
+#: Seconds that rounds have at least, where what comes before them takes all of the time
+SHORTEST = 1e-3
 #: Rounds before their error is trusted
 FEWEST_TO_JUDGE = 4
 
@@ -144,6 +146,10 @@ class Budget:
         """Number of rounds; None if open."""
         return None if self.samples is None else max(1, self.samples // self.n)
 
+    def less(self, seconds: float) -> Budget:
+        """What is left of the plan after so many seconds."""
+        return self if self.seconds is None else replace(self, seconds=max(self.seconds - seconds, SHORTEST))
+
     @property
     def several(self) -> bool:
         """May there be more than one round?"""
@@ -201,7 +207,7 @@ def render(
     *,
     domain: str = AUTO,
     spp: int | None = None,
-    sampler: str = "stratified",
+    sampler: str = AUTO,
     order: int | None = None,
     debias: str = "auto",
     weighted: bool = True,
@@ -218,6 +224,7 @@ def render(
     target_error: float | None = None,
     resume: bool = False,
     pool: Pool = ONE_PROCESS,
+    on_round: OnRound | None = None,
     show_progress: bool = True,
 ) -> dict[str, Any]:
     """Render a scene with its own integrator inside ``reweighted`` or ``plain`` and write the image.
@@ -229,12 +236,11 @@ def render(
     out : str or path
         Image file to write: .exr (linear; with the channels ``lambda``, the blend's λ, and ``variance``, the
         estimated variance of each pixel, if there are two rounds) or .png (sRGB).
-    domain : str
-        What the sets sample; by default what the scene has, see
-        :func:`voroquad.mitsuba.default_domain.choose_domain`.
-    sampler, order, debias, weighted, blend, jitter
+    domain, sampler, order, debias, weighted, blend, jitter
         As the properties of the plug-in, :class:`voroquad.mitsuba.integrator.Reweighted`. `sampler` may be "owensobol"
-        too: then there are no sets, and :class:`voroquad.mitsuba.owen_sobol.OwenSobol` samples everything.
+        too: then there are no sets, and :class:`voroquad.mitsuba.owen_sobol.OwenSobol` samples everything. By default
+        a pilot chooses, see :mod:`voroquad.mitsuba.pilot`. Where only some of these are named, the domain is what the
+        scene has, see :func:`voroquad.mitsuba.default_domain.choose_domain`, and the sampler "stratified".
     sharing : Sharing, optional
         Samples go where a pilot finds noise, see :class:`voroquad.mitsuba.adaptive.Adaptive`. There are no sets then,
         but the sampler "owensobol"; all rounds have the numbers of samples that the pilot of the first tells.
@@ -257,15 +263,18 @@ def render(
         What computes the units of work, such as :class:`voroquad.cluster.OnDask`; the image is the same bits. One that
         keeps finished units goes on from those, leaves no state beside the image, and writes the image so far only as
         often as that takes a tenth of the time.
+    on_round : callable, optional
+        Called with a :class:`FilmSoFar` after each round, once its files are written. An exception that it raises ends
+        the render; what is on disk can be resumed.
     show_progress : bool
         A progress bar on standard error.
 
     Returns
     -------
     dict
-        The path written, the size, the domain (None without sets), the rounds and samples per pixel, the mean
-        radiance, the error (`Rounds.error`, None where it cannot be told, as after a single round), the number of
-        pixels that are not finite. Mean and error are over the finite ones.
+        The path written, the size, the sampler and the domain (None without sets), the rounds and samples per pixel,
+        the mean radiance, the error (`Rounds.error`, None where it cannot be told, as after a single round), the number
+        of pixels that are not finite. Mean and error are over the finite ones.
 
     Raises
     ------
@@ -280,50 +289,68 @@ def render(
         check_writable(file)
     path = scene_path(scene).resolve()
     use_variant(domain, variant)
-    settings: dict[str, Any] = {"domain": domain, "sampler": sampler, "order": order, "debias": debias,
-                                "weighted": weighted, "blend": blend, "jitter": jitter}  # fmt: skip
-    shot = Shot(LocalFile(path), mi.variant(), size, "reweighted", {}, sensor, dict(parameters or {}))
-    if sharing is not None or sampler == OWEN_SOBOL.name:
-        check_without_sets(settings, sharing, shot.stage()[0])
-        settings |= {"domain": None, "sampler": OWEN_SOBOL.name, "sharing": sharing and asdict(sharing)}
-        properties = OWEN_SOBOL.properties | {"jitter": jitter}
-        if sharing is not None:
-            properties |= asdict(sharing) | {"pilot_seed": seed, "aovs": "samples"}
-        choice, shot = "", replace(shot, kind=OWEN_SOBOL.kind, properties=properties)
-    else:
-        settings["domain"], choice = settle_domain(domain, *shot.stage(), jitter=jitter)
-        shot = replace(shot, properties={name: value for name, value in settings.items() if value is not None})
-    loaded, camera_sensor, integrator = shot.loaded()
-    integrator.check(loaded, camera_sensor)
-    integrator.check_samples(camera_sensor, plan.n)
-    if integrator.blend and plan.rounds is not None:
-        integrator.check_blend(camera_sensor, plan.rounds)
-    pixels = [int(n) for n in camera_sensor.film().crop_size()]
-    key = settings | shot.key() | {"size": pixels, "round": plan.n, "seed": seed}
+    wanted = Wanted(domain, sampler, order, debias, weighted, blend, jitter, sharing)
+    shot = Shot(LocalFile(path), mi.variant(), size, "plain", {}, sensor, dict(parameters or {}))
+    begun = time.monotonic()
     with parents_of(out), only_writer(out):
+        settled = settle(wanted, shot, plan.n, seed)
+        camera, key = _ready(settled, plan, seed, pool)
         found = Rounds.load(state_path(out), key) if resume else None
-        tell(choice, show=show_progress)
+        tell(settled.line, show=show_progress)
         pool.begin(key)
-        integrator.explore(loaded, camera_sensor, seed, plan.n)
-        rounds = _all_rounds(Camera(shot, pool), plan, seed, found, Output(out, key, pool.keeps), show_progress)
-    return _summary(rounds, plan, settings["domain"]) | {"output": os.fspath(out)}
+        camera.integrator.explore(camera.scene, camera.sensor, seed, plan.n)
+        plan = plan.less(time.monotonic() - begun)
+        output = Output(out, key, pool.keeps, on_round)
+        rounds = _all_rounds(camera, plan, seed, found, output, show_progress)
+    chosen = {"domain": settled.key["domain"], "sampler": settled.key["sampler"]}
+    return _summary(rounds, plan) | chosen | {"output": os.fspath(out)}
 
 
-def check_without_sets(settings: Mapping[str, Any], sharing: Sharing | None, scene: mi.Scene) -> None:
-    """Raise ValueError for what needs sets of samples: settings that are not left as they are, and moving objects."""
-    defaults: dict[str, tuple[Any, ...]] = {"domain": (AUTO,), "order": (None,), "debias": ("auto",)}
-    if sharing is not None:
-        defaults["sampler"] = ("stratified", OWEN_SOBOL.name)
-    if named := [name for name, known in defaults.items() if settings[name] not in known]:
-        raise ValueError(
-            f"sampler={OWEN_SOBOL.name!r} has no sets to apply {', '.join(named)} to; leave that out, "
-            "or name a design of sets, such as 'stratified'"
-        )
-    if motion_of(scene):
-        raise ValueError(
-            f"objects move at the times of sets, and sampler={OWEN_SOBOL.name!r} has none; "
-            "name a design, such as 'stratified'"
-        )
+def _ready(settled: Settled, plan: Budget, seed: int, pool: Pool) -> tuple[Camera, dict[str, Any]]:
+    """The camera, which can render by the plan, and what the state of its rounds belongs to."""
+    scene, sensor, integrator = settled.shot.loaded()
+    integrator.check(scene, sensor)
+    integrator.check_samples(sensor, plan.n)
+    if integrator.blend and plan.rounds is not None:
+        integrator.check_blend(sensor, plan.rounds)
+    pixels = [int(n) for n in sensor.film().crop_size()]
+    key = settled.key | settled.shot.key() | {"size": pixels, "round": plan.n, "seed": seed}
+    return Camera(settled.shot, pool), key
+
+
+@dataclass(frozen=True)
+class FilmSoFar:
+    """What a render has after a round.
+
+    Attributes
+    ----------
+    image : ndarray, (height, width, channels)
+        The mean of the rounds, as the film shows it: linear radiance.
+    channels : list of str
+        Their names.
+    rounds, spp : int
+        Rounds so far, and samples per pixel.
+    end : int or None
+        Rounds in all, as it looks now; None if it cannot be told yet.
+    error : float
+        See `Rounds.error`; infinite before the second round.
+    seconds : float
+        Since the first round of this run began.
+    left : float or None
+        Seconds until the last round ends, as it looks now.
+    """
+
+    image: Image
+    channels: list[str]
+    rounds: int
+    spp: int
+    end: int | None
+    error: float
+    seconds: float
+    left: float | None
+
+
+OnRound = Callable[[FilmSoFar], None]
 
 
 @dataclass
@@ -339,11 +366,14 @@ class Output:
     kept : bool
         Do finished units outlive the run? Then there is no state, and images are written only as often as that takes a
         tenth of the time.
+    on_round : callable, optional
+        Called after each round.
     """
 
     path: str | os.PathLike[str]
     key: dict[str, Any]
     kept: bool
+    on_round: OnRound | None = None
     _next: float = -math.inf
 
     def write(self, camera: Camera, rounds: Rounds, *, state: bool, last: bool) -> None:
@@ -355,6 +385,16 @@ class Output:
             write_rounds(camera.sensor.film(), camera.integrator, rounds, self.path)
             end = time.monotonic()
             self._next = end + PICTURES * (end - begun)
+
+    def tell(self, camera: Camera, rounds: Rounds, n: int, end: int | None, seconds: float, here: int) -> None:
+        """Call what wants to know of each round; `here` of them took so many seconds in this run."""
+        if self.on_round is None:
+            return
+        film = camera.sensor.film()
+        image = np.array(camera.integrator.develop(film, rounds.image, rounds.mean_lambda), dtype=np.float64)
+        names = camera.integrator.developed_names(film)
+        left = None if end is None else (end - rounds.count) * seconds / here
+        self.on_round(FilmSoFar(image, names, rounds.count, rounds.count * n, end, rounds.error, seconds, left))
 
 
 def _all_rounds(
@@ -381,17 +421,17 @@ def _all_rounds(
             here += 1
             end = plan.end(rounds, time.monotonic() - start, here)
             output.write(camera, rounds, state=plan.several, last=rounds.count == end)
+            output.tell(camera, rounds, plan.n, end, time.monotonic() - start, here)
             advance(_progress(rounds), 0, end and end * bands)
     return rounds
 
 
-def _summary(rounds: Rounds, plan: Budget, domain: str | None) -> dict[str, Any]:
+def _summary(rounds: Rounds, plan: Budget) -> dict[str, Any]:
     """What there is to say of an image."""
     height, width = rounds.mean_lambda.shape
     return {
         "width": width,
         "height": height,
-        "domain": domain,
         "spp": rounds.count * plan.n,
         "rounds": rounds.count,
         "mean": rounds.mean if math.isfinite(rounds.mean) else None,

@@ -26,6 +26,11 @@ def round_seed(seed: int, number: int) -> int:
     return seed if number == 0 else int(np.random.SeedSequence((seed, number)).generate_state(1)[0])
 
 
+def pilot_seed(seed: int, number: int) -> int:
+    """The seed of an image of a pilot, independent of those of rounds."""
+    return int(np.random.SeedSequence((seed, number), spawn_key=(2,)).generate_state(1)[0])
+
+
 def first_share(done: Pass, *, blend: bool) -> tuple[Floats, Share]:
     """λ (2, height, width) for the halves of a pass that has none before it, 1 without blend; what it says of λ."""
     if not blend:

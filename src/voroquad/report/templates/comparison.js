@@ -1,32 +1,5 @@
 // Renderings beside their reference, from linear pixels: two under a divider, their errors, close-ups of all.
 
-// The numbers that the 65536 patterns of a float16 stand for.
-const HALF = Float32Array.from({ length: 65536 }, (_, bits) => {
-  const [sign, exponent, mantissa] = [bits & 0x8000 ? -1 : 1, (bits >> 10) & 31, bits & 1023];
-  if (exponent === 31) return mantissa ? NaN : sign * Infinity;
-  return sign * (exponent ? (1 + mantissa / 1024) * 2 ** (exponent - 15) : mantissa * 2 ** -24);
-});
-
-// The sRGB transfer function in steps finer than those of a byte.
-const STEPS = 4096;
-const SRGB = Uint8Array.from({ length: STEPS }, (_, k) => {
-  const linear = k / (STEPS - 1);
-  return 255 * (linear <= 0.0031308 ? 12.92 * linear : 1.055 * linear ** (1 / 2.4) - 0.055) + 0.5;
-});
-
-// Pixels as pack() in images.py left them: by channel, top row first.
-async function unpack(id) {
-  const text = atob(document.getElementById(id).textContent);
-  const packed = new Uint8Array(text.length);
-  for (let k = 0; k < packed.length; k++) packed[k] = text.charCodeAt(k);
-  const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("deflate"));
-  const bytes = new Uint8Array(await new Response(stream).arrayBuffer());
-  const count = bytes.length / 2;
-  const pixels = new Float32Array(count);
-  for (let k = 0; k < count; k++) pixels[k] = HALF[bytes[k] | (bytes[count + k] << 8)];
-  return pixels;
-}
-
 function rgba(hex) {
   return (0xff000000 | (parseInt(hex.slice(5, 7), 16) << 16) | (parseInt(hex.slice(3, 5), 16) << 8) | parseInt(hex.slice(1, 3), 16)) >>> 0;
 }
@@ -38,14 +11,14 @@ function scientific(value) {
   return `${mantissa}·10${String(Number(exponent)).replace(/./g, (c) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(c)])}`;
 }
 
-const clamp = (value, low, high) => Math.min(Math.max(value, low), high);
-
 // Four digits, with a power of ten where zeros would hide them.
 function fixed(value) {
   if (!Number.isFinite(value)) return String(value).replace("-", "−");
   const plain = value === 0 || (Math.abs(value) >= 1e-3 && Math.abs(value) < 1e5);
   return (plain ? value.toPrecision(4) : scientific(value)).replace(/^-/, "−");
 }
+
+const textOf = (id) => document.getElementById(id).textContent;
 
 class Comparison {
   constructor(root) {
@@ -70,7 +43,7 @@ class Comparison {
   }
 
   async show() {
-    this.reference = await unpack(this.data.reference);
+    this.reference = await unpack(textOf(this.data.reference));
     const shown = await embed(this.data.plots);
     const model = (name) => shown.get_model_by_name(name);
     [this.pixels, this.errors, this.mapper, this.window, this.bar] = ["pixels", "errors", "mapper", "window", "bar"].map(model);
@@ -92,7 +65,7 @@ class Comparison {
   // The errors of a rendering, decoded once.
   async load(key) {
     const image = this.known.get(key);
-    if (key !== this.data.reference && !image.error) image.error = await unpack(key);
+    if (key !== this.data.reference && !image.error) image.error = await unpack(textOf(key));
     return image;
   }
 
@@ -108,9 +81,7 @@ class Comparison {
 
   // The rgba pixel that a screen shows of one.
   tone(image, k) {
-    const gain = (STEPS - 1) * 2 ** this.exposure;
-    const byte = (channel) => SRGB[clamp(gain * this.value(image, channel, k) + 0.5, 0, STEPS - 1) | 0];
-    return (0xff000000 | (byte(2) << 16) | (byte(1) << 8) | byte(0)) >>> 0;
+    return shownPixel(this.value(image, 0, k), this.value(image, 1, k), this.value(image, 2, k), this.exposure);
   }
 
   tint(image, k) {
@@ -210,7 +181,7 @@ class Comparison {
   setExposure(exposure) {
     this.exposure = clamp(exposure, -8, 8);
     this.find(".exposure").value = this.exposure;
-    this.find(".exposure-value").textContent = `${this.exposure > 0 ? "+" : ""}${this.exposure} EV`.replace("-", "−");
+    this.find(".exposure-value").textContent = stops(this.exposure);
     this.draw();
     this.drawCards();
   }

@@ -1,0 +1,129 @@
+"""The pilot that chooses a setting: what it renders, what it takes, and that nothing of it is in the image."""
+
+from __future__ import annotations
+
+import mitsuba as mi
+import numpy as np
+import pytest
+
+from voroquad.mitsuba import compare as comparison
+from voroquad.mitsuba import render as renderer
+from voroquad.mitsuba import settling
+from voroquad.mitsuba.loading import load_scene
+from voroquad.mitsuba.methods import ADAPTIVE, OWEN_SOBOL, OWN, Stage
+from voroquad.mitsuba.pilot import Finding, best, candidates, findings, pilot_step
+from voroquad.mitsuba.settling import choose
+
+
+def stage(scene, domain="lens", *, jitter=True, spp=64, size=None):
+    loaded = load_scene(scene, size)
+    return Stage(loaded, loaded.sensors()[0], domain, jitter)
+
+
+def found(method, level, spread=0.0, pixels=400):
+    """A candidate with a mean variance, and with a spread over the pixels of its own."""
+    noise = np.random.default_rng(abs(hash(method.name)) % 2**32 if spread else 0).standard_normal(pixels)
+    return Finding(method, level * np.ones(pixels) + spread * (noise - noise.mean()))
+
+
+@pytest.mark.parametrize(
+    ("variances", "taken"),
+    [
+        ({"owensobol": (1.0, 0.0), "adaptive": (0.5, 0.1), "own": (3.0, 0.0)}, ADAPTIVE),
+        ({"owensobol": (1.0, 0.0), "adaptive": (0.95, 1.0), "own": (3.0, 0.0)}, OWEN_SOBOL),  # within two errors
+        ({"owensobol": (1.0, 0.0), "adaptive": (0.95, 1.0), "own": (0.99, 1.0)}, OWN),  # none that OWN beats
+        ({"owensobol": (0.0, 0.0), "adaptive": (0.0, 0.0), "own": (0.0, 0.0)}, OWEN_SOBOL),
+        ({"owensobol": (1.0, 0.0), "adaptive": (0.0, 0.0), "own": (1.0, 0.0)}, ADAPTIVE),
+    ],
+)
+def test_the_least_variance_is_taken_where_it_is_plain(variances, taken):
+    methods = {method.name: method for method in (OWEN_SOBOL, ADAPTIVE, OWN)}
+    assert best([found(methods[name], *numbers) for name, numbers in variances.items()]).method is taken
+
+
+def test_candidates_are_those_that_the_scene_can_take(ball):
+    names = [method.name for method in candidates(stage(ball), [64])]
+    assert names == ["owensobol", "mitsuba-multijitter", "adaptive", "weights-lens", "own"]
+    assert "adaptive" not in [method.name for method in candidates(stage(ball), [16])]
+    assert "weights-lens" not in [method.name for method in candidates(stage(ball), [13])]  # no such strata
+    assert candidates(stage("moving-objects", "time", size=(8, 6)), [64]) == []
+
+
+@pytest.mark.parametrize("step", [3, 5])  # odd: pixels have a middle
+def test_a_pilot_has_every_third_or_fifth_pixel_of_the_image(step):
+    """Each pixel of the image shows a texel of its own, so there is no noise; the crop window and the film stay."""
+    texels = np.random.default_rng(1).random((60, 60, 3)).astype(np.float32)
+    texture = {"type": "bitmap", "bitmap": mi.Bitmap(texels), "raw": True, "filter_type": "nearest"}
+    film = {"type": "hdrfilm", "width": 60, "height": 60, "rfilter": {"type": "box"}, "pixel_format": "rgb"}
+    film |= {"crop_width": 45, "crop_height": 30, "crop_offset_x": 15, "crop_offset_y": 15}
+    scene = mi.load_dict({
+        "type": "scene",
+        "integrator": {"type": "direct"},
+        "camera": {"type": "orthographic", "film": film, "to_world": mi.ScalarTransform4f().look_at(
+            [0, 0, 4], [0, 0, 0], [0, 1, 0])},
+        "wall": {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": texture}},
+        "sun": {"type": "directional", "direction": [0, 0, -1]},
+    })  # fmt: skip
+    sensor = scene.sensors()[0]
+    whole = np.array(mi.render(scene, spp=4))
+    shown = []
+
+    class Watched(Stage):
+        def integrator(self, method):
+            made = super().integrator(method)
+            of_image = made.image
+            made.image = lambda *arguments: shown.append(of_image(*arguments)) or shown[-1]
+            return made
+
+    own = Watched(scene, sensor, "pixel", True)
+    (finding,) = findings(own, [OWEN_SOBOL], 4, [1, 2], step)
+    np.testing.assert_allclose(shown[0][0], whole[step // 2 :: step, step // 2 :: step], rtol=1e-4)
+    assert finding.variance.shape == (30 // step * (45 // step),)
+    assert finding.variance.max() < 1e-10
+    np.testing.assert_array_equal(np.array(mi.render(scene, spp=4)), whole)
+
+
+def test_a_small_image_has_no_pilot(ball):
+    assert pilot_step(stage(ball, size=(32, 24)).sensor, 5) is None
+    assert choose(stage(ball, size=(32, 24)), 64, 0)[1] == "owensobol, as the image is too small for a pilot"
+    assert pilot_step(stage(ball, size=(160, 120)).sensor, 5) == 9
+
+
+def test_the_choice_is_one_for_a_seed_and_no_sample_of_it_is_in_the_image(ball, tmp_path, monkeypatch):
+    """The image has the bits of one by the setting that was taken, and resumes."""
+    monkeypatch.setattr(settling, "candidates", lambda stage, spp: [OWEN_SOBOL, OWN])
+    options = {"size": (128, 96), "seed": 3, "per_round": 16, "show_progress": False}
+    summary = renderer.render(ball, tmp_path / "whole.exr", spp=48, **options)
+    assert (summary["sampler"], summary["domain"]) == ("owensobol", None)
+    renderer.render(ball, tmp_path / "named.exr", spp=48, sampler="owensobol", **options)
+    renderer.render(ball, tmp_path / "parts.exr", spp=32, **options)
+    renderer.render(ball, tmp_path / "parts.exr", spp=48, resume=True, **options)
+    assert (tmp_path / "parts.exr").read_bytes() == (tmp_path / "whole.exr").read_bytes()
+    assert (tmp_path / "named.exr").read_bytes() == (tmp_path / "whole.exr").read_bytes()
+
+
+@pytest.mark.parametrize(("taken", "domain"), [("own", None), ("adaptive", None), ("weights-lens", "lens")])
+def test_every_candidate_renders(ball, tmp_path, monkeypatch, taken, domain):
+    def choose(own, spp, seed):
+        return next(method for method in candidates(own, [spp]) if method.name == taken), ""
+
+    monkeypatch.setattr(settling, "choose", choose)
+    summary = renderer.render(ball, tmp_path / "o.exr", spp=64, show_progress=False)
+    assert (summary["sampler"], summary["domain"]) == ("owensobol" if taken == "adaptive" else taken, domain)
+    names = [field.name for field in mi.Bitmap(str(tmp_path / "o.exr")).struct_()]
+    assert names == ["R", "G", "B", *{"adaptive": ["samples"], "weights-lens": ["lambda"]}.get(taken, [])]
+
+
+@pytest.mark.slow
+def test_compare_shows_the_candidates(ball, tmp_path):
+    results = comparison.compare(
+        ball, tmp_path / "out", auto=True, spp=(4, 32), size=(40, 30), jitter=True, show_progress=False
+    )
+    (images,) = (c for s in results.sections for c in s.comparisons)
+    shown = {(rendering.method, rendering.spp) for rendering in images.renderings}
+    assert {method for method, spp in shown if spp == 32} >= {"owensobol", "adaptive", "the scene's own sampler"}
+    assert ("adaptive", 4) not in shown
+    assert " --auto " in results.command
+    assert "A render at 32 samples: " in results.sections[0].text
+    with pytest.raises(ValueError, match="auto has nothing to choose from where objects move"):
+        comparison.compare("moving-objects", tmp_path / "no", auto=True, size=(8, 6))
