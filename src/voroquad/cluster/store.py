@@ -114,6 +114,31 @@ class Store:
         """What went wrong and how to resume."""
         return f"{what}; finished units are kept in {self.url}: the same command goes on from there"
 
+    def put(self, name: str, value: Array, about: dict[str, Any]) -> None:
+        """Keep an array of its own with what there is to say of it, as JSON has it; OSError if it cannot be kept."""
+        with self._told(name):
+            zarr.create_array(
+                self._url_of(name), data=value, chunks=value.shape, fill_value=float("nan"),
+                compressors=[Crc32cCodec()], attributes=about, overwrite=True,
+            )  # fmt: skip
+
+    def get(self, name: str) -> tuple[Array, dict[str, Any]] | None:
+        """An array of its own, and what was said of it; None if it is not there or damaged."""
+        try:
+            with self._told(name):
+                try:
+                    array = zarr.open_array(self._url_of(name), mode="r")
+                except FileNotFoundError:
+                    return None
+                if array.nchunks_initialized == 0:
+                    return None
+                return np.asarray(array[:], dtype=np.float64), array.attrs.asdict()
+        except ValueError:  # its checksum is wrong
+            return None
+
+    def _url_of(self, name: str) -> str:
+        return f"{self.url.rstrip('/')}/{name}"
+
     @contextmanager
     def _told(self, what: str = "the store") -> Iterator[None]:
         """Turn the many errors of file systems into one that says how to resume."""

@@ -12,13 +12,11 @@ from numpy.typing import NDArray
 from .._support.arrays import Array
 from .._support.checks import real_numbers, refuse_masks
 from .diagnostics import Diagnoses, diagnosis
+from .kept import KeptEvaluations
 from .library import Library, to_numpy
-from .structures import Branch, Form, names_of, take_apart
+from .structures import Answer, Branch, Form, names_of, take_apart
 
 Map = Callable[..., Any]
-
-#: What a call of func gives: the structure of its values, their arrays (..., n), the relative rounding error of each.
-Answer = tuple[Branch | None, list[NDArray[Any]], float]
 
 
 class _UnusableValueError(Exception):
@@ -44,6 +42,8 @@ class Function:
         Number of parts that points are split into where their number is not limited.
     batch : callable
         The most points of a call of func, None for any number, from the number of points to evaluate.
+    kept : KeptEvaluations, optional
+        Where batches are kept, and those of a call before are found.
     """
 
     def __init__(
@@ -56,6 +56,7 @@ class Function:
         spread: Map = map,
         parts: int = 1,
         batch: Callable[[int], int | None] = lambda n: None,
+        kept: KeptEvaluations | None = None,
     ):
         if not callable(func):
             raise TypeError(f"func must be callable, as lambda x: x[0] ** 2 is, got {func!r}")
@@ -69,14 +70,14 @@ class Function:
         self.epsilon = float(np.finfo(np.float64).eps)
         self.form: Form | None = None
         self._call = _Call(func, args, kwargs or {}, library, one_by_one=not vectorized, remote=spread is not map)
-        self.batch, self._spread, self._parts = batch, spread, parts
+        self.batch, self._spread, self._parts, self._kept = batch, spread, parts, kept
 
     def batches(self, x: NDArray[Any]) -> Iterator[Array]:
         """Values (fields, m) at points x (d, n), batch after batch as they come."""
         n = x.shape[1]
         most = self.batch(n)
         pieces = np.array_split(x, min(self._parts, n), axis=1) if most is None else _cut(x, most)
-        answers = self._answers(pieces)
+        answers = self._answers(pieces) if self._kept is None else self._kept.completed(pieces, self._answers)
         try:
             if most is None:
                 yield self._rows(_joined(list(answers)), x.shape)
@@ -112,10 +113,9 @@ class Function:
                 raise
             self._try_one_point(pieces[done], error)
             reason = f"{type(error).__name__}: {error}"
-        rest = pieces[done:]
         self._call.one_by_one = True
-        yield from self._spread(self._call, rest)
-        self.diagnoses.add(diagnosis("point-by-point", shape=rest[0].shape, reason=reason))
+        self.diagnoses.add(diagnosis("point-by-point", shape=pieces[done].shape, reason=reason))
+        yield from self._spread(self._call, pieces[done:])
 
     def _try_one_point(self, x: NDArray[Any], error: Exception) -> None:
         """Call func with the first point alone; raise `error`, which the points together raised, if that fails too."""

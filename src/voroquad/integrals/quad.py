@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ParamSpec, TypeVar
@@ -17,6 +18,7 @@ from .adaptation import Adaptation, AdaptiveEstimator, single
 from .estimates import Estimate
 from .evaluation import Function
 from .integrand import Integrand
+from .kept import KeptEvaluations
 from .measures import PiecewiseUniform, ProductMeasure
 from .methods import estimator
 from .pieces import Part, Sum
@@ -87,6 +89,7 @@ def quad(
     batch: int | None = None,
     callback: Callable[[Progress], Any] | None = None,
     progress: bool = False,
+    store: str | os.PathLike[str] | None = None,
     workers: int | Callable[..., Any] = 1,
     threads: int | None = None,
 ) -> QuadResult:
@@ -159,13 +162,17 @@ def quad(
         Of all sets together, in tolerance mode.
     batch : int, optional
         The most points of a call of func. The result does not depend on it. If it is left out, func gets many points
-        at once, and of the points of an estimate a 64th with `callback`, `progress` or vectorized=False.
+        at once, and of the points of an estimate a 64th with `callback`, `progress`, `store` or vectorized=False.
     callback : callable, optional
         ``callback(p)`` gets a :class:`Progress` after each batch: evaluations so far, and the estimate and its error
         where there is one yet. True, or StopIteration, ends the integration with that estimate and the warning
         ``"stopped"``. Such an estimate has no bias if what decides are time or evaluations, not its value.
     progress : bool
         Show a bar on standard error.
+    store : str or path, optional
+        Folder, as any path of fsspec, where the evaluations of an expensive func are kept batch by batch. The same call
+        after a kill finds them there and computes the rest. It needs a seed (`rng`) and the extra ``cluster``. A store
+        that belongs to another call is refused; func itself is told by its name only.
     workers : int or callable
         Number of processes that evaluate func (-1: one per processor), or a map-like callable such as
         ``multiprocessing.Pool(4).map``. The result does not depend on it. Each call starts its own processes, which
@@ -238,10 +245,25 @@ def quad(
     adaptations: list[Adaptation] = []
     watch: Watch[Estimate] = Watch()
     watch_here = watch if len(places) == 1 else WatchOfParts(watch)
-    followed = callback is not None or progress or not vectorized
+    followed = callback is not None or progress or store is not None or not vectorized
+    kept = None
+    if store is not None:
+        if rng is None:
+            raise ValueError(
+                "store= needs a seed: without rng= the same call has other points; give rng=1, for example"
+            )
+        kept = KeptEvaluations.of(
+            store,
+            {
+                "func": func, "args": args, "kwargs": kwargs, "a": a, "b": b, "measure": measure, "loc": loc,
+                "scale": scale, "n_points": n_points, "n_estimates": n_estimates, "adapt": adapt, "method": method,
+                "sampler": sampler, "order": order, "debias": debias, "rng": generator, "rtol": rtol, "atol": atol,
+                "max_evaluations": max_evaluations, "batch": batch,
+            },
+        )  # fmt: skip
     with mapping(workers, (func, args, kwargs)) as (spread, parts):
         most_at_once = batches(batch, n_points, followed)
-        function = Function(func, library, args, kwargs, vectorized, spread, parts, most_at_once)
+        function = Function(func, library, args, kwargs, vectorized, spread, parts, most_at_once, kept)
         rule = _Rule(function, watch_here, n_points, method, sampler, order, debias, generator, threads)
         if adapt is False:
             estimate = rule.on(places, n_estimates)

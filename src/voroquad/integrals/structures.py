@@ -37,6 +37,10 @@ class Branch:
         return self.kind(*parts) if hasattr(self.kind, "_fields") else tuple(parts)
 
 
+#: What a call of func gives: the structure of its values, their arrays (..., n), the relative rounding error of each.
+Answer = tuple[Branch | None, list[Numbers], float]
+
+
 def take_apart(values: Any, single: bool) -> tuple[Branch | None, list[Any]]:
     """The structure of what func returned and its arrays, in order.
 
@@ -139,7 +143,9 @@ class Form:
             values = rows[start : start + size]
             start += size
             if as_complex:
-                values = values + 1j * rows[start : start + size]
+                both = np.empty(values.shape, dtype=np.complex128)  # a sum would make infinite parts NaN
+                both.real, both.imag = values, rows[start : start + size]
+                values = both
                 start += size
             found.append(values.reshape((*shape, *rows.shape[1:])))
         return found

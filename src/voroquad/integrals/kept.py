@@ -1,0 +1,131 @@
+"""Evaluations that outlive their call: a call that was killed goes on where it was."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from .structures import Answer, Branch, Form
+
+if TYPE_CHECKING:
+    from ..cluster.store import Store
+
+#: Raise it when the same call has other points or batches.
+FORMAT = 1
+
+#: Numbers of an array that a key holds as they are; more are told by their hash.
+MOST_NUMBERS = 16
+
+_KINDS: dict[str, type] = {"dict": dict, "tuple": tuple}
+
+
+class KeptEvaluations:
+    """The batches of a call in a store, numbered in the order in which they are needed.
+
+    An array of a batch has the coordinates and the values of a point in each column, (d + fields, m).
+
+    Parameters
+    ----------
+    store : Store
+        That has begun.
+    """
+
+    def __init__(self, store: Store):
+        self._store, self._next = store, 0
+
+    @classmethod
+    def of(cls, url: str | os.PathLike[str], settings: Mapping[str, Any]) -> KeptEvaluations:
+        """Those of a call with these settings, "func" among them; ValueError if the store belongs to another one."""
+        from ..cluster.store import Store
+
+        store = Store(os.fspath(url))
+        key = {name: _told(value) for name, value in settings.items()}
+        store.begin(key | {"func": _name_of(settings["func"]), "evaluations": FORMAT})
+        return cls(store)
+
+    def completed(
+        self, pieces: list[NDArray[Any]], evaluate: Callable[[list[NDArray[Any]]], Iterator[Answer]]
+    ) -> Iterator[Answer]:
+        """The answers for pieces (d, m): those that are kept, and the others as they are evaluated, then kept."""
+        numbers = range(self._next, self._next + len(pieces))
+        self._next = numbers.stop
+        known = [self._read(k, x) for k, x in zip(numbers, pieces, strict=True)]
+        new = evaluate([x for x, answer in zip(pieces, known, strict=True) if answer is None])
+        for k, x, answer in zip(numbers, pieces, known, strict=True):
+            if answer is None:
+                answer = next(new)
+                self._write(k, x, answer)
+            yield answer
+
+    def _read(self, k: int, x: NDArray[Any]) -> Answer | None:
+        found = self._store.get(_name(k))
+        if found is None:
+            return None
+        values, about = found
+        if values[: len(x)].tobytes() != np.asarray(x, dtype=np.float64).tobytes():
+            raise ValueError(
+                f"store {self._store.url} keeps evaluations at other points than those of this call (batch {k}); "
+                "name another store"
+            )
+        branch = _branch(about["branch"])
+        form = Form(branch, tuple(map(tuple, about["shapes"])), tuple(about["is_complex"]))
+        return branch, form.leaves(values[len(x) :]), about["epsilon"]
+
+    def _write(self, k: int, x: NDArray[Any], answer: Answer) -> None:
+        branch, leaves, epsilon = answer
+        form = Form.of(branch, leaves)
+        about = {"branch": _written(branch), "shapes": form.shapes, "is_complex": form.is_complex, "epsilon": epsilon}
+        self._store.put(_name(k), np.concatenate([x, form.rows(leaves)], dtype=np.float64), about)
+
+
+def _name_of(func: Any) -> str:
+    """What is written in a program; that of an object is its class."""
+    return str(getattr(func, "__qualname__", type(func).__qualname__))
+
+
+def _name(k: int) -> str:
+    return f"batch-{k:06d}"
+
+
+def _written(branch: Branch | None) -> Any:
+    """A structure as JSON; ValueError for what JSON does not give back."""
+    if branch is None:
+        return None
+    kind = branch.kind.__name__
+    if _KINDS.get(kind) is not branch.kind or not all(isinstance(key, str | int) for key in branch.keys):
+        raise ValueError(
+            f"store= keeps arrays, tuples, and dicts whose keys are texts, and func returned a {kind} with the keys "
+            f"{', '.join(map(repr, branch.keys))}; return a dict with texts as keys"
+        )
+    return {"kind": kind, "keys": branch.keys, "children": [_written(child) for child in branch.children]}
+
+
+def _branch(written: Any) -> Branch | None:
+    if written is None:
+        return None
+    return Branch(_KINDS[written["kind"]], tuple(written["keys"]), tuple(map(_branch, written["children"])))
+
+
+def _told(value: Any) -> str:
+    """What a setting is: numbers and texts as they are, a function by its name, all else by its hash."""
+    from dask.base import tokenize
+
+    if value is None or isinstance(value, bool | int | float | str):
+        return repr(value)
+    if isinstance(value, np.random.Generator):
+        state = json.dumps(value.bit_generator.state, default=lambda array: array.tolist())
+        return hashlib.sha256(state.encode()).hexdigest()[:16]
+    if isinstance(value, list | tuple | np.ndarray | np.number):
+        try:
+            numbers = np.asarray(value)
+        except ValueError:
+            numbers = np.empty(0, dtype=object)
+        if numbers.dtype.kind in "biuf" and 0 < numbers.size <= MOST_NUMBERS:
+            return repr(numbers.tolist())
+    return _name_of(value) if hasattr(value, "__qualname__") else str(tokenize(value))

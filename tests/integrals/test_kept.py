@@ -1,0 +1,205 @@
+"""Evaluations that outlive their call: nothing is evaluated twice, and no bit changes."""
+
+from __future__ import annotations
+
+import random
+import signal
+import subprocess
+import sys
+import time
+from collections import namedtuple
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.stats
+
+import voroquad as vq
+from voroquad.cluster.store import Store
+
+Pair = namedtuple("Pair", "a b")
+
+CALLS: dict[str, dict[str, Any]] = {
+    "kriging": {"n_points": 200},
+    "pilot": {"method": "pilot", "n_points": 3000},
+    "sets": {"method": "pilot", "n_points": 300, "n_estimates": 3, "batch": 20},
+    "polynomials": {"method": "polynomials", "n_points": 512},
+    "tolerance": {"rtol": 1e-2, "n_points": 64, "batch": 2},
+    "adapted": {"adapt": True, "n_points": 1000},
+    "workers": {"n_points": 200, "workers": map},
+}
+
+
+def wave(x: np.ndarray) -> dict[str, np.ndarray]:
+    return {"wave": np.exp(1j * x[0] * x[1]), "moments": np.stack([x[0], x[1] ** 2])}
+
+
+class Killed(Exception):
+    """What ends a call in the middle."""
+
+
+class Counting:
+    """A func that counts its points, and fails in the call of the given number."""
+
+    def __init__(self, func: Callable[[np.ndarray], Any], fails_at: int = 0):
+        self.func, self.fails_at, self.calls, self.points = func, fails_at, 0, 0
+
+    def __call__(self, x: np.ndarray) -> Any:
+        self.calls += 1
+        if self.calls == self.fails_at:
+            raise Killed
+        self.points += x.shape[1]
+        return self.func(x)
+
+
+def bits(r: vq.QuadResult) -> list[bytes]:
+    return [np.asarray(part[key]).tobytes() for part in (r.integral, r.standard_error) for key in ("wave", "moments")]
+
+
+@pytest.mark.parametrize("name", CALLS)
+def test_a_call_that_failed_goes_on_where_it_was(tmp_path, name):
+    how = {"a": [0, 0], "b": [1, 2], "rng": 5} | CALLS[name]
+    alone = vq.quad(wave, **how)
+    points = 0
+    for fails_at in (3, 30, 7):
+        func = Counting(wave, fails_at)
+        with pytest.raises(Killed):
+            vq.quad(func, **how, store=tmp_path / "store")
+        points += func.points
+        assert func.calls == fails_at
+    func = Counting(wave)
+    kept = vq.quad(func, **how, store=tmp_path / "store")
+    assert points + func.points == kept.n_evaluations == alone.n_evaluations
+    assert bits(kept) == bits(alone)
+    func = Counting(wave, 1)
+    assert bits(vq.quad(func, **how, store=tmp_path / "store")) == bits(alone)
+    assert func.calls == 0
+
+
+def test_the_store_holds_points_and_values(tmp_path):
+    vq.quad(lambda x: np.stack([x[0], x[0] * x[1]]), [0, 0], [1, 2], batch=256, rng=1, store=tmp_path)
+    values, about = Store(str(tmp_path)).get("batch-000003")
+    assert values.shape == (4, 256)
+    np.testing.assert_array_equal(values[2:], [values[0], values[0] * values[1]])
+    assert about["shapes"] == [[2]]
+    assert Store(str(tmp_path)).get("batch-000004") is None
+
+
+def test_what_was_not_written_whole_is_evaluated_again(tmp_path):
+    """A kill between the two files of a batch, and a damaged file."""
+    how = {"a": 0, "b": 1, "n_points": 64, "batch": 8, "rng": 1, "store": tmp_path}
+    alone = vq.quad(Counting(sine), **how)
+    (tmp_path / "batch-000002/c/0/0").unlink()
+    chunk = tmp_path / "batch-000005/c/0/0"
+    chunk.write_bytes(chunk.read_bytes()[:-9])
+    (tmp_path / "batch-000007/zarr.json").unlink()
+    func = Counting(sine)
+    assert vq.quad(func, **how).integral == alone.integral
+    assert func.points == 24
+
+
+def parts_are_not_finite(x: np.ndarray) -> np.ndarray:
+    return np.where(x[0] > 0.5, complex(1, np.inf), 1)
+
+
+def test_infinite_parts_come_back(tmp_path):
+    for _ in range(2):
+        with pytest.warns(vq.IntegrationWarning):
+            r = vq.quad(parts_are_not_finite, 0, 1, rng=1, store=tmp_path)
+        assert r.integral.real == 1
+
+
+@pytest.mark.parametrize(
+    ("changed", "message"),
+    [
+        ({"rng": 2}, r"keeps units of another run \(rng is '.*', was '.*'\)"),
+        ({"n_points": 65}, r"\(n_points is '65', was '64'\)"),
+        ({"b": 2}, r"\(b is '2', was '1'\)"),
+        ({"batch": 9}, r"\(batch is '9', was '8'\)"),
+        ({"method": "plain"}, r"\(method is \"'plain'\", was \"'auto'\"\)"),
+        ({"sampler": "sobol"}, "sampler is"),
+        ({"args": (3,)}, "args is"),
+        ({"func": lambda x: x[0]}, r"func is '.*lambda>', was 'sine'"),
+        ({"measure": vq.ProductMeasure(scipy.stats.uniform()), "a": None, "b": None}, "a is 'None'.* measure is"),
+        ({"rng": None}, "store= needs a seed"),
+    ],
+)
+def test_another_call_is_refused_in_one_line(tmp_path, changed, message):
+    call = {"func": sine, "a": 0, "b": 1, "n_points": 64, "batch": 8, "rng": 1, "store": tmp_path}
+    vq.quad(**call)
+    with pytest.raises(ValueError, match=message) as caught:
+        vq.quad(**(call | changed))
+    assert "\n" not in str(caught.value)
+
+
+def sine(x: np.ndarray, k: float = 1) -> np.ndarray:
+    return np.sin(k * x[0])
+
+
+def test_other_points_are_refused(tmp_path):
+    """Whatever the settings say, the points of a batch are compared."""
+    vq.quad(sine, 0, 1, n_points=64, rng=1, store=tmp_path / "one")
+    vq.quad(sine, 0, 1, n_points=64, rng=2, store=tmp_path / "two")
+    (tmp_path / "one/batch-000003").rename(tmp_path / "old")
+    (tmp_path / "two/batch-000003").rename(tmp_path / "one/batch-000003")
+    with pytest.raises(ValueError, match=r"keeps evaluations at other points .* \(batch 3\); name another store"):
+        vq.quad(sine, 0, 1, n_points=64, rng=1, store=tmp_path / "one")
+
+
+def test_structures_that_json_does_not_give_back_are_refused(tmp_path):
+    with pytest.raises(ValueError, match=r"func returned a Pair with the keys 0, 1; return a dict"):
+        vq.quad(lambda x: Pair(x[0], x[0]), 0, 1, rng=1, store=tmp_path)
+
+
+def test_any_path_of_fsspec(tmp_path):
+    url = f"file://{tmp_path}/store"
+    func = Counting(sine)
+    for _ in range(2):
+        vq.quad(func, 0, 1, n_points=64, rng=1, store=url)
+    assert func.points == 64
+
+
+SCRIPT = """
+import os, sys, time
+import numpy as np, voroquad as vq
+
+log = os.open(sys.argv[2], os.O_WRONLY | os.O_CREAT | os.O_APPEND)
+
+def f(x):
+    time.sleep(0.03)
+    os.write(log, b"%d\\n" % x.shape[1])
+    return np.exp(x[0]) * (x.sum(axis=0) < 1)
+
+r = vq.quad(f, [0, 0], [1, 1], n_points=2000, method="pilot", batch=20, rng=3, store=sys.argv[1] or None)
+print(r.integral.hex(), r.standard_error.hex(), r.n_evaluations)
+"""
+
+
+@pytest.mark.slow
+def test_ten_kills_at_random_moments(tmp_path):
+    def started(store: str, log: str) -> subprocess.Popen[str]:
+        arguments = [sys.executable, "-c", SCRIPT, store, str(tmp_path / log)]
+        return subprocess.Popen(arguments, stdout=subprocess.PIPE, text=True)
+
+    alone, _ = started("", "log-alone").communicate()
+    rng, kept, kills = random.Random(1), 0, 0
+    begin = time.monotonic()
+    started(str(tmp_path / "warm"), "log-warm").communicate()
+    usual = time.monotonic() - begin
+    store = tmp_path / "store"
+    while kills < 10:
+        run = started(str(store), "log")
+        time.sleep(rng.uniform(0.3, 0.6) * usual)
+        run.send_signal(signal.SIGKILL)
+        kills += run.wait() == -signal.SIGKILL
+        assert kills, "the run ended before it could be killed"
+        kept = max(kept, len(list(store.glob("batch-*"))))
+        if run.returncode == 0:
+            store.rename(tmp_path / f"done-{kills}")
+    assert kept > 10
+    out, _ = started(str(store), "log").communicate()
+    assert out == alone
+    batches = int(out.split()[2]) / 20
+    runs = 1 + len(list(tmp_path.glob("done-*")))
+    assert len((tmp_path / "log").read_text().splitlines()) <= runs * batches + kills + 1
