@@ -50,7 +50,7 @@ def link_together(compiler: str, plain: str, wide: str, folder: Path) -> None:
     for name, flag in (("plain", plain), ("wide", wide)):
         source, target = folder / f"{name}.cpp", folder / f"{name}.o"
         source.write_text(PART.replace("NAME", name))
-        run(compiler, "-std=c++20", "-O1", flag, f"-I{INCLUDE}", "-c", source, "-o", target)
+        run(compiler, "-std=c++20", "-O0", flag, f"-I{INCLUDE}", "-c", source, "-o", target)
         symbols = [line.split(maxsplit=2)[-1] for line in run("nm", "-C", "--defined-only", target).splitlines()]
         functions.append({symbol for symbol in symbols if symbol.startswith("voroquad::")})
         objects.append(target)
