@@ -7,6 +7,7 @@ of them; the slow ones with every version that is installed, at all levels, and 
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -175,13 +176,18 @@ def test_examples_build_against_installed_headers(compiler: str, prefix: Path, t
     plain, weighted = (float(word) for word in run(tmp_path / "integrate").replace(",", "").split() if word[0] in "+-")
     assert abs(weighted) < abs(plain) / 5
     assert "total area 1.000000000000" in run(tmp_path / "largest_cells")
+    assert "catchment 10.000000000000" in run(tmp_path / "gauge_neighbours")
+    equal, exchanged, _ = map(float, re.findall(r"[-+\d.]+e[-+]\d+", run(tmp_path / "shutter_times")))
+    assert exchanged < equal / 5
 
 
 PARENT_PROJECT = f"""
 cmake_minimum_required(VERSION 3.18)
 project(parent LANGUAGES CXX)
 add_compile_options(-Wall -Wextra -Wshadow -Wsign-conversion -Werror)
-add_subdirectory({ROOT} voroquad)
+include(FetchContent)
+FetchContent_Declare(voroquad SOURCE_DIR {ROOT})
+FetchContent_MakeAvailable(voroquad)
 add_executable(largest_cells {ROOT}/examples/cpp/largest_cells.cpp)
 target_link_libraries(largest_cells PRIVATE voroquad::voroquad)
 install(TARGETS largest_cells)

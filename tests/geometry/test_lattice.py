@@ -1,4 +1,4 @@
-"""Cells on triclinic lattices: Qhull with repeated points, and what holds for any set."""
+"""Cells on triclinic lattices: Qhull with repeated points, voro++, and what holds for any set."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+import pyvoro2
 from any_points import any_set
 from hypothesis import given
 from hypothesis import strategies as st
@@ -49,6 +50,17 @@ def test_equals_qhull_on_repeated_points(d, n, seed):
     anywhere = points + rng.integers(-3, 4, (n, d)) @ vectors
     ours = vq.cells(anywhere, cell=sheared(rng, vectors))
     np.testing.assert_allclose(ours.measures, theirs, rtol=0, atol=1e-9 * theirs.sum())
+
+
+@pytest.mark.parametrize("n", [1, 3, 500])
+def test_equals_voro_pp(n):
+    rng = np.random.default_rng(n)
+    vectors = Lattice(random_lattice(rng, 3)).reduced
+    vectors[0] *= np.sign(np.linalg.det(vectors))  # right-handed, as voro++ has it
+    points = rng.random((n, 3)) @ vectors
+    theirs = pyvoro2.compute(points, domain=pyvoro2.PeriodicCell(vectors.tolist())).cell_measures
+    ours = vq.cells(points, cell=sheared(rng, vectors)).measures
+    np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-10 * np.sum(theirs))
 
 
 @given(points=any_set(max_size=15).filter(lambda x: x.shape[1] > 1), seed=st.integers(0, 2**32))
