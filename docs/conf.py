@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import importlib.util
 from pathlib import Path
+
+from sphinx.application import Sphinx
+from sphinx.directives.code import CodeBlock
 
 import voroquad
 
@@ -15,8 +19,11 @@ project = "voroquad"
 copyright = "the voroquad authors, MIT licence"
 version = release = voroquad.__version__
 
+# Notebooks are executed by Jupyter; a build without it shows their code only
+has_jupyter = importlib.util.find_spec("myst_nb") is not None
+
 extensions = [
-    "myst_parser",
+    "myst_nb" if has_jupyter else "myst_parser",
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
@@ -25,10 +32,16 @@ extensions = [
     "sphinx_design",
     "sphinx-mathjax-offline",  # formulas without network
 ]
-source_suffix = {".md": "markdown", ".rst": "restructuredtext"}  # the latter: docs/generated, the pages of the API
+# The former, first, is that of the pages of the API, docs/generated
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb" if has_jupyter else "markdown"}
 
 templates_path = ["templates"]
 exclude_patterns = ["paper"]  # docs/paper/build.sh makes a PDF of it
+
+nb_execution_mode = "cache"  # of those whose code has changed
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120
+nb_merge_streams = True
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "smartquotes"]
 myst_heading_anchors = 3
@@ -53,3 +66,9 @@ html_theme_options = {
     "dark_css_variables": {"color-brand-primary": "#7cb7f0", "color-brand-content": "#7cb7f0"},
 }
 copybutton_exclude = ".linenos, .gp, .go"
+
+
+def setup(app: Sphinx) -> None:
+    """Show the cells of notebooks as code where nothing executes them."""
+    if not has_jupyter:
+        app.add_directive("code-cell", CodeBlock)

@@ -16,6 +16,7 @@ def site(tmp_path_factory):
     pytest.importorskip("sphinx", reason="needs the extra docs")
     folder = tmp_path_factory.mktemp("site")
     command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
+    command += ["-D", "nb_execution_mode=off"]  # tests/test_notebooks.py runs their programs
     done = subprocess.run([*command, ROOT / "docs", folder / "html"], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
     assert done.stderr == ""
