@@ -44,7 +44,7 @@ class SampleTable:
     Raises
     ------
     ValueError
-        The shapes of `points` and `weights` do not fit.
+        The shapes of `points` and `weights` do not match.
 
     Examples
     --------
@@ -133,9 +133,9 @@ class SampleTable:
         Raises
         ------
         ValueError
-            What :func:`voroquad.sample` and :func:`voroquad.weights` raise; a periodic table of an order or
-            debias other than the defaults; cross-fit, which is what debias="auto" finds for Sobol' and
-            other sets: it weighs all sets together, and a table's sets are used one by one.
+            As :func:`voroquad.sample` and :func:`voroquad.weights`. Also for a periodic table with an order or debias
+            other than the defaults, and for cross-fit, which debias="auto" selects for Sobol' and other sets: it
+            weights all sets together, but the sets of a table are used one by one.
         """
         if periodic and (order, debias) != (0, "none"):
             raise ValueError(

@@ -7,7 +7,7 @@ from pathlib import Path
 
 
 def get_include() -> str:
-    """Directory of the C++ headers: what follows ``-I`` for ``#include <voroquad/cells.hpp>``.
+    """Directory of the C++ headers, for the compiler option ``-I``.
 
     Returns
     -------
@@ -24,7 +24,7 @@ def get_include() -> str:
 
 
 def get_cmake_dir() -> str:
-    """Directory of the CMake package: ``-Dvoroquad_DIR=`` for ``find_package(voroquad)``.
+    """Directory of the CMake package, for ``find_package(voroquad)`` with ``-Dvoroquad_DIR=``.
 
     Returns
     -------

@@ -46,17 +46,17 @@ class SetKind:
 
 @dataclass(frozen=True, eq=False)
 class SampleSet:
-    """Points of the unit box and the design they were drawn by.
+    """Points of the unit box and the design by which they were drawn.
 
     Parameters
     ----------
     points : ndarray, (n, d) or (sets, n, d)
         Points of [0, 1)^d, one set or a batch of independent ones.
     design : str
-        The sampler's name: what rules for weights may assume of the points.
+        The name of the sampler. It determines what rules for weights may assume about the points.
     strata : tuple of int, optional
-        Sets of gridded designs (:mod:`voroquad.designs.design`): the number of boxes k_1 … k_d along each axis. Each
-        box holds one point; :func:`sample` draws them in C order of the boxes (the last axis fastest).
+        For gridded designs (:mod:`voroquad.designs.design`), the number of boxes k_1 … k_d along each axis. Each box
+        contains one point; :func:`sample` draws them in C order of the boxes (the last axis fastest).
     """
 
     points: Array
@@ -115,8 +115,8 @@ class SampleSet:
         Parameters
         ----------
         weights : array_like, (n,), optional
-            As :func:`weights` returns them: the heights of lines for d = 1, else colours. Both show the weight times n,
-            which is 1 on average where the weights sum to 1.
+            As :func:`weights` returns them. They are drawn as heights of lines for d = 1, otherwise as colours. Both
+            show the weight times n, whose mean is 1 if the weights sum to 1.
         ax : matplotlib.axes.Axes, optional
             Where to draw; a new figure by default. For d = 3 it must have ``projection="3d"``.
         cmap : str or matplotlib.colors.Colormap
@@ -129,7 +129,7 @@ class SampleSet:
         Raises
         ------
         ValueError
-            A batch of sets, or more than three dimensions; weights of another number.
+            The set is a batch or has more than three dimensions, or the number of weights is not n.
         ImportError
             Matplotlib is not installed; the extra ``study`` brings it.
         """
@@ -162,11 +162,11 @@ def sample(
         ``"zero-two"``: the (0,2)-sequence (van der Corput and second Sobol' dimension) with
         random digit scrambling, d ≤ 2. ``"orthogonal"``: orthogonal arrays of strength 2, evenly spread in
         each pair of coordinates, n = q² for q a prime or a power of one, d ≤ q + 1
-        (:mod:`voroquad.designs.orthogonal`). Or an engine of `scipy.stats.qmc`, which continues where it
-        stands, or an engine class or callable ``(d, rng=)`` that makes one per set, such as
-        ``functools.partial(qmc.LatinHypercube, strength=2)``. Unbiased rules take the points of SciPy's ``Sobol``,
-        ``Halton`` and ``LatinHypercube`` where these scramble and do not optimise. Of other engines the points are
-        taken to be uniform, and those of different generators to be independent, as the caller guarantees.
+        (:mod:`voroquad.designs.orthogonal`). Alternatively an engine of `scipy.stats.qmc`, which continues its
+        sequence, or an engine class or callable ``(d, rng=)`` that makes one per set, such as
+        ``functools.partial(qmc.LatinHypercube, strength=2)``. Unbiased rules accept points of SciPy's ``Sobol``,
+        ``Halton`` and ``LatinHypercube`` if these scramble and do not optimise. For other engines the caller guarantees
+        that points are uniform, and that those of different generators are independent.
     n : int
         Number of points of a set.
     d : int, optional

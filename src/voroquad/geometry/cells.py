@@ -34,15 +34,15 @@ def cells(
     points : array_like, (n,), (n, d) or (sets, n, d), d = 1, 2 or 3
         Points of the domain. Points that coincide share their cell equally.
     bounds : array_like, (d, 2) or (2,), optional
-        Lower and upper end of each side of the box, in the unit of the points; a single pair is for all axes. By
+        Lower and upper end of each side of the box, in the units of the points; a single pair applies to all axes. By
         default the unit box [0, 1]^d.
     periodic : bool or sequence of bool, (d,)
-        False: cells end at the faces of the box. True: opposite faces are the same place, as on a torus, and the
-        upper end of an axis is its lower end. One answer for all axes, or one for each: ``[False, True]``.
+        False: cells end at the faces of the box. True: opposite faces are identified, as on a torus, and the upper end
+        of an axis is its lower end. A single value for all axes, or one for each: ``[False, True]``.
     domain : optional
-        Where cells end, if not at the faces of a box:
+        The domain that the cells fill, if it is not a box:
 
-        * an array of vertices (k, d), d = 2 or 3: their convex hull, on whose border all of them must be;
+        * an array of vertices (k, d), d = 2 or 3: the convex hull of these points, all of which must lie on its border;
         * a pair ``(A, b)`` of normals (m, d) and offsets (m,): the convex polygon or polytope of all x with A x ≤ b;
         * a polygon or multipolygon, with or without holes, of Shapely, GeoPandas or anything that has
           ``__geo_interface__``, such as :class:`voroquad.Polygon`, d = 2; needs the extra ``geo``. Such cells have
@@ -62,7 +62,7 @@ def cells(
     Cells
         With ``measures`` (n,) or (sets, n), ``centroids`` (n, d), ``neighbours()``, ``locate(x)``, ``intervals()`` for
         d = 1, ``polygons()`` for d = 2, ``polyhedra()`` for d = 3 and ``triangulation()`` for both, all in the
-        coordinates of the points; each is computed when it is asked for.
+        coordinates of the points. Each is computed on demand.
 
     Raises
     ------
@@ -78,8 +78,8 @@ def cells(
     (x_j − x_i)·(y − x_i) ≤ \\|x_j − x_i\\|²/2 of the neighbours, nearest first, until every
     corner of the cell is closer than half the distance to all points not yet seen.
 
-    Distances are Euclidean in the unit of the points. Scaling each axis of a box that is not a cube to [0, 1] changes
-    distances, and hence cells: give `bounds` instead.
+    Distances are Euclidean in the units of the points. Scaling each axis of a box that is not a cube to [0, 1] changes
+    distances, and hence cells; give `bounds` instead.
 
     Points outside the box by no more than the rounding of their own type (float32 or float64) are moved onto its
     faces; on periodic axes they are wrapped.

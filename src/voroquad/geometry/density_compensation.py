@@ -28,18 +28,19 @@ def density_compensation(
     ----------
     trajectory : array_like, (shots, samples, d) or (n, d), d = 2 or 3
         Sample positions. In cycles per voxel k-space is the box [−½, ½]^d. A plane may be given with a third coordinate
-        that is the same for all samples; it is weighed as a plane.
+        that is the same for all samples; it is treated as two-dimensional.
     shape : tuple of int, (d,), optional
-        Shape of the image. Weights do not depend on it, but for positions in ``"cycles/fov"``; it is checked against
-        d, and makes the function callable wherever (trajectory, shape) is passed.
+        Shape of the image. It is needed for positions in ``"cycles/fov"``; otherwise it is only checked against d, so
+        that the function can be called wherever (trajectory, shape) is passed.
     rim : {"auto", "box", "ball", "cylinder"}
-        Where the outermost cells end. ``"box"``: at the faces of [−½, ½]^d, or of `bounds`. ``"ball"``: at the disc or
+        The domain in which the outermost cells end. ``"box"``: at the faces of [−½, ½]^d, or of `bounds`. ``"ball"``:
+        at the disc or
         ball around the origin that the trajectory reaches (radial, spiral and koosh-ball data: nothing was measured
         beyond). ``"cylinder"``, d = 3: at the disc that the trajectory reaches in two axes; along the third, k-space is
-        periodic from −½ to ½ (stacks of stars or spirals). ``"auto"``: what the trajectory fills, see Notes.
+        periodic from −½ to ½ (stacks of stars or spirals). ``"auto"``: the one that the trajectory fills, see Notes.
     bounds : array_like, (d, 2) or (2,), optional
-        Ends of k-space on each axis, in the unit of the trajectory, for ``"box"`` and for the axis of a ``"cylinder"``,
-        where less than the whole of [−½, ½] was measured. Cells end there.
+        Ends of k-space on each axis, in the units of the trajectory, if less than the whole of [−½, ½] was measured.
+        Cells end there. For ``"box"``, and for the axis of a ``"cylinder"``.
     units : {"cycles/voxel", "radians/voxel", "cycles/fov"}
         Unit of the positions: within [−½, ½], within [−π, π], or within [−N/2, N/2] for an image of N voxels along
         the axis, as in BART; ``"cycles/fov"`` (per field of view) needs `shape`.
@@ -50,8 +51,8 @@ def density_compensation(
     -------
     ndarray, (n,)
         Weights w of the reconstruction Σ_j w_j s_j exp(2πi k_j·r), in the order of ``trajectory.reshape(-1, d)``, with
-        k in cycles per voxel. They sum to the area or volume, in those units, of the domain that `rim` says. Repeated
-        positions, such as the centre that all spokes cross, share their cell.
+        k in cycles per voxel. They sum to the area or volume, in those units, of the domain that `rim` names. Samples
+        at the same position, such as the centre that all spokes cross, share their cell.
 
     Raises
     ------
@@ -62,13 +63,13 @@ def density_compensation(
 
     Notes
     -----
-    The ball has the radius R = max \\|k\\|, and the weights are the exact areas or volumes of the cells' parts in it,
-    and so in the cylinder. ``"auto"`` takes the ball where R ≤ 1.2 max_a \\|k_a\\|; for a full square or cube that
-    ratio is √d. In space it takes the cylinder where the ratio is at most 1.2 in two of the axes only, or where the
-    samples lie in a few planes that are filled to a disc of the same radius. Else it takes the box.
+    The ball has the radius R = max \\|k\\|. The weights are the exact areas or volumes of the parts of the cells inside
+    the ball or the cylinder. ``"auto"`` chooses the ball if R ≤ 1.2 max_a \\|k_a\\|; for a full square or cube that
+    ratio is √d. In three dimensions it chooses the cylinder if the ratio is at most 1.2 in two of the axes only, or if
+    the samples lie in a few planes that each fill a disc of the same radius. Otherwise it chooses the box.
 
-    The cells of a stack are those in space. Where planes are turned against each other, weighing each on its own may
-    serve better: pass the two coordinates of each plane.
+    The cells of a stack are three-dimensional. If the planes are rotated against each other, it may be better to weight
+    each plane by itself: pass the two coordinates of each plane.
 
     References
     ----------

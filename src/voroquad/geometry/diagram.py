@@ -63,20 +63,20 @@ class Cells:
 
     @property
     def periodic(self) -> bool | tuple[bool, ...]:
-        """Whether the axes are periodic: one answer where it is the same for all, else one for each."""
+        """Whether the axes are periodic: a single bool if it is the same for all, otherwise a bool for each axis."""
         axes = tuple(self._bounds.periodic.tolist())
         return axes[0] if len(set(axes)) == 1 else axes
 
     @property
     def measures(self) -> Array:
-        """Length, area or volume (n,) of each point's cell; (sets, n) for a batch. Those of a set sum to the box's."""
+        """Length, area or volume (n,) of each point's cell, or (sets, n) of a batch. They sum to that of the box."""
         if self._measures is None:
             self._measures = self._measure()
         return self._measures
 
     @property
     def centroids(self) -> Array:
-        """Centre of mass (n, d) of each point's cell; of one set. On periodic axes it may lie outside the box."""
+        """Centre of mass (n, d) of each point's cell, for a single set. On periodic axes it may lie outside the box."""
         self._one_set("centroids")
         if self._centroids is None:
             self._centroids = self._find_centroids()
@@ -100,14 +100,14 @@ class Cells:
         return self.polygon_arrays()[i]
 
     def polygon_arrays(self) -> Polygons:
-        """Corners of all cells in one array, and where those of each cell begin, d = 2."""
+        """Corners of all cells in one array, with the offset of each cell, d = 2."""
         self._one_set("polygons", 2)
         if self._polygons is None:
             self._polygons = self._cut_polygons()
         return self._polygons
 
     def geometries(self) -> NDArray[np.object_]:
-        """The cells (n,) as polygons of Shapely, d = 2: for GeoPandas, ``GeoSeries(cells.geometries(), crs=...)``.
+        """The cells (n,) as Shapely polygons, d = 2. For GeoPandas use ``GeoSeries(cells.geometries(), crs=...)``.
 
         Needs the extra ``geo``.
         """
@@ -126,7 +126,7 @@ class Cells:
         return geometries
 
     def polyhedra(self) -> list[list[Array]]:
-        """Faces of each point's cell, d = 3; each face its corners (k, 3), counter-clockwise from outside.
+        """Faces of each point's cell, d = 3. A face is an array of its corners (k, 3), counter-clockwise from outside.
 
         On periodic axes a cell is not cut at the border of the box. Points that coincide each get the
         cell that they share.
@@ -136,18 +136,18 @@ class Cells:
         return [faces[first:last] for first, last in itertools.pairwise(arrays.offsets.tolist())]
 
     def polyhedron(self, i: int) -> list[Array]:
-        """Faces of the cell of point i, each its corners (k, 3), counter-clockwise from outside, d = 3."""
+        """Faces of the cell of point i, each an array of corners (k, 3), counter-clockwise from outside, d = 3."""
         return self.polyhedron_arrays()[i]
 
     def polyhedron_arrays(self) -> Polyhedra:
-        """Corners of all faces in one array, where those of each face and the faces of each cell begin, d = 3."""
+        """Corners of all faces in one array, with the offsets of each face and of each cell, d = 3."""
         self._one_set("polyhedra", 3)
         if self._polyhedra is None:
             self._polyhedra = self._cut_polyhedra()
         return self._polyhedra
 
     def locate(self, x: ArrayLike) -> Integers:
-        """Index of the point whose cell holds x: of the nearest point by the distances of the box or torus.
+        """Index of the point whose cell contains x, that is, of the nearest point in the distance of the box or torus.
 
         Parameters
         ----------
@@ -157,7 +157,7 @@ class Cells:
         Returns
         -------
         ndarray of int, (m,)
-            Indices; of points that are equally near, as distances are rounded, the lowest. Shape () for one place.
+            Indices. If several points are equally near within rounding, the lowest index. Shape () for one place.
 
         Examples
         --------
@@ -174,22 +174,22 @@ class Cells:
         return nearest.astype(np.int64).reshape(rows.shape[:-1])
 
     def neighbours(self) -> Neighbours:
-        """Which cells share a face, how large it is and how far apart their points are; of one set.
+        """Which cells share a face, how large the face is and how far apart the points are, for a single set.
 
         Returns
         -------
         Neighbours
             Compressed sparse rows (CSR): `indptr` (n + 1,), `indices` (m,), and for each entry the length or area of
-            the face (`measures`), the `distances` of the two points and on periodic axes the `shifts` (m, d) in
-            periods of the image that is met. Faces on the border of the domain have no entry: `border` (n,) has what
-            of each cell lies there. So ``measures`` of a row and ``border`` add up to the cell's surface.
+            the face (`measures`), the `distances` of the two points and on periodic axes the `shifts` (m, d) of the
+            neighbour's image, in periods. Faces on the border of the domain have no entry; `border` (n,) has their
+            measure for each cell. So the ``measures`` of a row and ``border`` add up to the surface of the cell.
 
         Notes
         -----
-        Both cells list the same face; of less than 1e-12 of their surfaces it is left out: cells that touch in a corner
-        or an edge, as on a lattice, are not neighbours. Of points that coincide the first has all entries. From afar
-        two clusters that are narrower than 1e-14 of their distance look like points: which of theirs have a face
-        between them is left to rounding.
+        Both cells list the same face. A face smaller than 1e-12 of their surfaces is left out, so cells that touch only
+        in a corner or an edge, as on a lattice, are not neighbours. Of coinciding points the first has all entries. If
+        two clusters are narrower than 1e-14 of the distance between them, rounding decides which of their points share
+        a face.
 
         Examples
         --------
@@ -205,7 +205,8 @@ class Cells:
         return self._find_neighbours()
 
     def triangulation(self) -> Triangulation:
-        """The Delaunay triangulation: simplices between points whose cells meet in a corner; d = 2 or 3, of one set.
+        """The Delaunay triangulation of a single set, d = 2 or 3: simplices between points whose cells meet in a
+        corner.
 
         Returns
         -------
@@ -214,11 +215,11 @@ class Cells:
 
         Notes
         -----
-        Cells end at the border of the domain. So simplices are those of the Delaunay triangulation whose circumcentre
-        lies inside the domain; on a torus these are all. Where more than d + 1 cells meet in a corner, to within 1e-12
-        of the longest side, their points lie on a circle or sphere, and any triangulation of their convex hull is a
-        Delaunay triangulation: it is drawn from the point with the lowest index. Of points nearer to each other than
-        1e-9 of the longest side the first stands for all.
+        Cells end at the border of the domain, so only simplices whose circumcentre lies inside the domain are included;
+        on a torus these are all. If more than d + 1 cells meet in a corner, within 1e-12 of the longest side, their
+        points lie on a circle or sphere, and any triangulation of their convex hull is a Delaunay triangulation. The
+        hull is split from its point with the lowest index. Points closer together than 1e-9 of the longest side are
+        represented by the first of them.
 
         Examples
         --------
@@ -239,12 +240,12 @@ class Cells:
         return self._triangulate(corners, np.repeat(np.arange(len(count)), count))
 
     def plot(self, values: ArrayLike | None = None, *, ax: Axes | None = None, cmap: Any = "viridis") -> Axes:
-        """Draw the cells with Matplotlib, each in the colour of its value; of one set.
+        """Draw the cells of a single set with Matplotlib, each in the colour of its value.
 
         Parameters
         ----------
         values : array_like, (n,), optional
-            What colours show: by default the measures.
+            The values that the colours show; by default the measures.
         ax : matplotlib.axes.Axes, optional
             Where to draw; a new figure by default. For d = 3 it must have ``projection="3d"``.
         cmap : str or matplotlib.colors.Colormap

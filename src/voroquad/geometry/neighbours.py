@@ -28,11 +28,12 @@ class Neighbours:
     distances : ndarray, (m,)
         Distance between the two points, or between the point and the neighbour's image.
     shifts : ndarray of int, (m, d)
-        Periods by which the neighbour's image lies away along each axis; 0 on axes that are not periodic. A neighbour
-        that is met across several faces has an entry with a shift of its own for each; a point may be its own
+        Number of periods by which the neighbour's image is shifted along each axis; 0 on axes that are not periodic. A
+        neighbour with several shared faces has an entry with a different shift for each. A point may be its own
         neighbour.
     border : ndarray, (n,)
-        What of each cell's surface lies on the border of the domain: a length, an area, or for d = 1 a number of ends.
+        The part of each cell's surface that lies on the border of the domain: a length, an area, or for d = 1 a number
+        of ends.
     """
 
     indptr: Integers

@@ -13,7 +13,7 @@ from .._support.arrays import Array, Integers
 
 @dataclass(frozen=True, eq=False)
 class Polygons:
-    """Cells in the plane; those of points that coincide are listed for each of them.
+    """Cells in the plane. Coinciding points each have the cell that they share.
 
     Attributes
     ----------
@@ -42,7 +42,7 @@ class Polygons:
 
 @dataclass(frozen=True, eq=False)
 class Polyhedra:
-    """Cells in space; those of points that coincide are listed for each of them.
+    """Cells in space. Coinciding points each have the cell that they share.
 
     Attributes
     ----------
@@ -51,7 +51,7 @@ class Polyhedra:
     face_offsets : ndarray of int, (f + 1,)
         The corners of face k are ``coordinates[face_offsets[k]:face_offsets[k + 1]]``.
     offsets : ndarray of int, (n + 1,)
-        The faces of cell i are those from ``offsets[i]`` to before ``offsets[i + 1]``.
+        The faces of cell i are ``range(offsets[i], offsets[i + 1])``.
     """
 
     coordinates: Array

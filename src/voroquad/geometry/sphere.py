@@ -18,7 +18,7 @@ ROUNDING = 1e-14  # thickness, root mean square, that tells nothing
 
 
 def sphere_points(u: ArrayLike) -> Array:
-    """Points of the unit sphere from points of the unit square, areas in proportion.
+    """Map points of the unit square to the unit sphere, such that areas stay in proportion.
 
     Parameters
     ----------
@@ -33,7 +33,7 @@ def sphere_points(u: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        A point is NaN or outside the square, or has other than two coordinates.
+        A point is NaN or outside the square, or does not have two coordinates.
 
     See Also
     --------
@@ -77,7 +77,8 @@ def sphere_weights(points: ArrayLike) -> Array:
     Raises
     ------
     ValueError
-        A point's length is not 1 to 1e-6; another shape; points so close that their cells are lost in rounding.
+        The length of a point differs from 1 by more than 1e-6; the shape is wrong; points are so close that rounding
+        destroys their cells.
 
     See Also
     --------
@@ -85,13 +86,14 @@ def sphere_weights(points: ArrayLike) -> Array:
 
     Notes
     -----
-    Order 0, w_i = \\|V_i\\|/4π with V_i = {y : y·x_i ≥ y·x_j for all j}. The sphere has no border, and turning
-    it turns cells with points. So wherever the joint distribution of the points stays the same when the sphere is
-    turned, G is constant and hence 1: the weights are *unbiased*, without correction, for independent uniform points,
-    and for any set at all that a random rotation has turned (`scipy.spatial.transform.Rotation.random`).
+    The rule has order 0: w_i = \\|V_i\\|/4π with V_i = {y : y·x_i ≥ y·x_j for all j}. The sphere has no border, and a
+    rotation of the points rotates their cells. So if the joint distribution of the points is invariant under rotations,
+    G is constant and hence 1. The weights are therefore *unbiased*, without correction, for independent uniform points,
+    and for any set after a random rotation (`scipy.spatial.transform.Rotation.random`).
 
-    Cells are those of `scipy.spatial.SphericalVoronoi`. Points on one circle, great or small (three or
-    fewer always are), have lunes that meet at the circle's poles, in proportion to the circle's cells.
+    Cells are those of `scipy.spatial.SphericalVoronoi`. The cells of points on one circle, great or small, are lunes
+    that meet at the poles of the circle, with areas in proportion to the arcs of the circle. (Three or fewer points
+    always lie on a circle.)
 
     References
     ----------

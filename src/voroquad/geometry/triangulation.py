@@ -27,7 +27,7 @@ class Triangulation:
     simplices : ndarray of int, (m, d + 1)
         Indices of the corners, counter-clockwise for d = 2 and with positive volume for d = 3; the lowest is first.
     shifts : ndarray of int, (m, d + 1, d)
-        Periods by which the image of each corner lies away along each axis, relative to the first corner.
+        Number of periods by which the image of each corner is shifted along each axis, relative to the first corner.
     """
 
     simplices: Integers

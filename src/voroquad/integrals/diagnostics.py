@@ -41,7 +41,7 @@ ADVICE = ("point-by-point", "give-atol")
 
 
 class IntegrationWarning(UserWarning):
-    """The result of :func:`voroquad.quad` is not to be trusted as it stands; the message says why.
+    """The result of :func:`voroquad.quad` may be unreliable; the message says why.
 
     Attributes
     ----------

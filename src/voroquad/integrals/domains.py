@@ -39,9 +39,9 @@ class Simplex:
     Notes
     -----
     For k ≤ 3 the map is x = v_0 + u_1 (v_1 − v_0) + u_1 u_2 (v_2 − v_1) + …, with the volume element
-    k! \|S\| u_1^(k−1) u_2^(k−2) … u_{k−1}: a polynomial, so that smooth functions stay smooth and every rule keeps its
-    rate. (No map of a square onto a triangle is smooth and has a constant volume element: a corner has to go.) For
-    larger k, where that is worth less than even points, u_i^(1/(k−i+1)) takes the place of u_i, and points are uniform.
+    k! \|S\| u_1^(k−1) u_2^(k−2) … u_{k−1}: which are polynomials, so smooth functions stay smooth and every rule keeps
+    its rate. (No smooth map of a square onto a triangle has a constant volume element.) For larger k, uniform points
+    matter more than smoothness, so u_i is replaced by u_i^(1/(k−i+1)), which makes the points uniform.
 
     Examples
     --------
@@ -117,14 +117,14 @@ class SphereSurface:
     Raises
     ------
     ValueError
-        A centre of fewer than two coordinates, a radius that is not positive.
+        The centre has fewer than two coordinates, or the radius is not positive.
 
     Notes
     -----
     Up to d = 4 the map is that of spherical coordinates: angles π u_1, …, π u_{d−2} and 2π u_{d−1}, with the volume
-    element sin^(d−2)(π u_1) …, so that smooth functions stay smooth. (With cos θ in place of θ points would be uniform,
-    and functions would have a root at the poles.) Above, the angles are quantiles of these densities and points are
-    uniform.
+    element sin^(d−2)(π u_1) …, so that smooth functions stay smooth. (With cos θ in place of θ, points would be
+    uniform, but smooth functions would have a square-root singularity at the poles.) Above d = 4 the angles are
+    quantiles of these densities, so points are uniform.
 
     Examples
     --------
@@ -169,12 +169,13 @@ class Ball:
     Raises
     ------
     ValueError
-        A centre without coordinates, a radius that is not positive.
+        The centre has no coordinates, or the radius is not positive.
 
     Notes
     -----
     The map is that of polar or spherical coordinates, with the radius R u_0 and the angles of :class:`SphereSurface`,
-    and the volume element R^d u_0^(d−1) sin^(d−2)(π u_1) … . Above d = 3 points are uniform; the radius is R u_0^(1/d).
+    and the volume element R^d u_0^(d−1) sin^(d−2)(π u_1) … . Above d = 3 the radius is R u_0^(1/d), so points are
+    uniform.
 
     Examples
     --------
@@ -213,14 +214,14 @@ class Ball:
 
 
 class Polygon:
-    """Polygon of the plane, convex or not, with holes.
+    """Polygon in the plane, convex or not, possibly with holes.
 
     Parameters
     ----------
     vertices : array_like, (m, 2)
-        Its corners in order, either way round.
+        Its corners in order, clockwise or counter-clockwise.
     holes : sequence of array_like, (m_i, 2)
-        Polygons that are cut out. They lie inside and do not overlap.
+        Polygons that are cut out. They must lie inside and must not overlap.
 
     Raises
     ------
@@ -229,9 +230,10 @@ class Polygon:
 
     Notes
     -----
-    It is cut into trapezoids with two sides parallel to the y axis. Each is the image of the unit square, with the
-    area element (x_1 − x_0) (y_1(x) − y_0(x)), and has samples of its own in proportion to its area; the estimate is
-    the sum of theirs. Neighbours with fewer than 16 samples each share a set, whose first coordinate chooses.
+    It is cut into trapezoids with two sides parallel to the y axis. Each is the image of the unit square, with the area
+    element (x_1 − x_0) (y_1(x) − y_0(x)), and has its own samples, in proportion to its area. The estimate is the sum
+    over the trapezoids. Neighbouring trapezoids with fewer than 16 samples each share a set, whose first coordinate
+    selects the trapezoid.
 
     Examples
     --------
@@ -276,17 +278,17 @@ class Polytope:
     vertices : array_like, (m, d)
         Points.
     simplices : array_like of int, (k, d + 1), optional
-        Numbers of the corners of simplices that do not overlap, such as those of a tetrahedral mesh; by default those
-        of the Delaunay triangulation, whose union is the convex hull of the points.
+        Indices of the corners of simplices that do not overlap, such as those of a tetrahedral mesh. By default they
+        are those of the Delaunay triangulation, whose union is the convex hull of the points.
 
     Raises
     ------
     ValueError
-        Points that span less than d dimensions, numbers of corners that do not exist, a flat simplex among those given.
+        The points span less than d dimensions, an index is out of range, or one of the given simplices is flat.
 
     Notes
     -----
-    Each :class:`Simplex` has samples of its own in proportion to its volume; the estimate is the sum of theirs.
+    Each :class:`Simplex` has its own samples, in proportion to its volume. The estimate is the sum over the simplices.
 
     Examples
     --------

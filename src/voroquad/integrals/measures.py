@@ -32,8 +32,8 @@ class Distribution(Protocol):
 class ProductMeasure:
     """Product of distributions on the line, reached from the unit box by their inverse CDFs.
 
-    Samples are drawn and weighed in the unit box ("primary sample space") and warped afterwards,
-    x = T(u) with T_a = F_a⁻¹. Every rule keeps its properties, since
+    Samples are drawn and weighted in the unit box ("primary sample space") and then mapped by x = T(u) with T_a =
+    F_a⁻¹. Every rule keeps its properties, since
     ∫ f dμ = ∫ f(T(u)) du  and  ∫ f(x) dx = ∫ f(T(u)) / p(T(u)) du  over the support of p.
     For points that exist already, see :meth:`weights`.
 
@@ -80,8 +80,8 @@ class ProductMeasure:
         return len(self.distributions)
 
     def transform(self, u: ArrayLike) -> Array:
-        """T(u) (..., d) of points u (..., d) of the unit box [0, 1)^d. A coordinate 0 counts as 2^−64, so that
-        an unbounded support gives no infinity. Raises ValueError where a point is NaN or outside."""
+        """T(u) (..., d) of points u (..., d) of the unit box [0, 1)^d. A coordinate 0 is replaced by 2^−64, so that an
+        unbounded support does not give infinity. Raises ValueError where a point is NaN or outside."""
         u = self._checked("u", u)
         unit_points(u if u.ndim in (2, 3) else u.reshape(-1, self.d), name="u")
         return self._inverse_cdf(np.maximum(u, 2.0**-64))
@@ -92,17 +92,18 @@ class ProductMeasure:
         return np.prod([t.pdf(x[..., a]) for a, t in enumerate(self.distributions)], axis=0)
 
     def weights(self, x: ArrayLike, *, threads: int | None = None) -> Array:
-        """Weights (n,) or (sets, n) of points that exist already, x (n, d) or (sets, n, d), however they came about.
+        """Weights (n,) or (sets, n) of given points x, (n, d) or (sets, n, d), of any origin.
 
-        The estimate Σ_i w_i f(x_i) of ∫ f dμ, order 0: a point's weight is the measure μ(V_i) of its Voronoi
-        cell. The cells are those of the points u = F(x) of the unit box, where μ is the volume. The weights
+        They are for the estimate Σ_i w_i f(x_i) of ∫ f dμ. The rule has order 0: the weight of a point is the measure
+        μ(V_i) of its Voronoi cell. The cells are those of the points u = F(x) of the unit box, where μ is the volume.
+        The weights
         are not negative and sum to 1.
 
         The density of the points need not be known. If it is positive wherever μ's is, the estimate is
-        *consistent*: cells shrink and the error falls with n. It is *biased*: near the border of the unit
-        box cells are too small or too large on average, and what would correct that depends on the unknown density.
-        A point far out in a tail of μ stands for all of the border that it is nearest to, so `f` should not grow
-        there: leave out points where μ has next to no mass.
+        *consistent*: cells shrink and the error falls with n. It is *biased*: near the border of the unit box cells are
+        too small or too large on average, and a correction would need the unknown density. A point far out in a tail of
+        μ represents all of the tail beyond it, so `f` should not grow there: leave out points where μ has almost no
+        mass.
 
         Parameters
         ----------
@@ -193,15 +194,14 @@ class PiecewiseSamples:
 class PiecewiseUniform:
     """Uniform samples in each of several boxes, any number of them in each.
 
-    Each piece's samples are a set of their own: weighed on the piece and scaled by its measure. So
-    the estimate is the sum of one estimate per piece, and unbiased where those are.
+    Each piece has its own sample set, which is weighted on the piece and scaled by its measure. The estimate is the sum
+    over the pieces, and it is unbiased if the estimate of each piece is.
 
     Parameters
     ----------
     edges : array_like, (k + 1,), or a sequence of d such
-        Ends of the pieces of an interval, finite and ascending; or those of the grid k_1 × … × k_d of
-        pieces of a box, axis by axis, as `numpy.histogramdd` has them. For other boxes see
-        :meth:`from_boxes`.
+        Ends of the pieces of an interval, finite and ascending; or, as in `numpy.histogramdd`, the ends along each axis
+        of a k_1 × … × k_d grid of pieces. For other boxes see :meth:`from_boxes`.
     counts : array_like of int, (k,) or (k_1, …, k_d)
         Number of samples in each piece, at least 1.
     measures : array_like, same shape, optional
@@ -211,13 +211,13 @@ class PiecewiseUniform:
     Raises
     ------
     ValueError
-        Edges that do not ascend, counts that are not one whole number of at least 1 per piece, measures
-        that are negative or not finite.
+        Edges do not ascend; a count is missing, not an integer or below 1; a measure is negative or not finite.
 
     Notes
     -----
-    Σ_k m_k Σ_{i in k} w_i f(x_i), with w the weights of :func:`voroquad.weights` of piece k's samples, moved to the
-    unit box, and m_k its measure. With all weights 1/N_k this is stratified sampling with N_k samples in stratum k.
+    The estimate is Σ_k m_k Σ_{i in k} w_i f(x_i), where m_k is the measure of piece k and w are the weights that
+    :func:`voroquad.weights` gives its samples after a map to the unit box. With all weights 1/N_k this is stratified
+    sampling with N_k samples in stratum k.
 
     References
     ----------
@@ -226,7 +226,7 @@ class PiecewiseUniform:
 
     Examples
     --------
-    More samples where √x bends:
+    More samples where √x is curved:
 
     >>> import numpy as np, voroquad as vq
     >>> m = vq.PiecewiseUniform(edges=[0, 0.1, 1], counts=[300, 200])
@@ -259,7 +259,7 @@ class PiecewiseUniform:
     ) -> PiecewiseUniform:
         """Pieces that are the boxes from `lower` (k, d) to `upper` (k, d), with `counts` (k,) and `measures` (k,).
 
-        Boxes must not overlap, or ValueError is raised. The domain is all of them together.
+        The domain is their union. Raises ValueError if boxes overlap.
 
         Examples
         --------
@@ -316,7 +316,7 @@ class PiecewiseUniform:
     def density(self, x: ArrayLike) -> Array:
         """p(x) = N_k / (N · volume_k) in piece k, 0 outside; the density that plain Monte Carlo divides by.
 
-        Of positions x (..., d), or (n,) for d = 1; the upper faces of a piece are not in it.
+        Positions x are (..., d), or (n,) for d = 1. A piece does not include its upper faces.
         """
         x = real_numbers("x", x)
         x = x[:, None] if x.ndim == self.d == 1 else x
@@ -354,7 +354,7 @@ class PiecewiseUniform:
         design: str | None = None,
         threads: int | None = None,
     ) -> Array:
-        """Weights (n,) or (sets, n) of samples; where a rule's weights sum to 1, these sum to the sum of the measures.
+        """Weights (n,) or (sets, n) of samples. If the weights of the rule sum to 1, these sum to the total measure.
 
         Parameters
         ----------

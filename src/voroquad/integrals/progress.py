@@ -52,7 +52,7 @@ class Progress:
 
 
 class IntegrationInterrupted(KeyboardInterrupt):
-    """Ctrl-C ended :func:`quad`. Whoever catches KeyboardInterrupt catches it.
+    """Raised when Ctrl-C ends :func:`quad`. It is a KeyboardInterrupt.
 
     Attributes
     ----------

@@ -102,81 +102,88 @@ def quad(
         at once, (..., n), or a dict or a tuple of such arrays. Values may be complex. The result has the shape (...),
         or the same structure. The conventions are those of `scipy.integrate.qmc_quad`.
     a, b : float or array_like, (d,)
-        Lower and upper limits. They may be infinite. Where b < a the sign changes, as usual. If they are arrays, func
-        gets points of their library and dtype, on their device, and the results are such arrays too. In a list, limits
-        of coordinate i may be callables of the coordinates after it, x_{i+1}, …, x_{d−1}, as `scipy.integrate.nquad`
-        takes them; they get and return arrays (n,).
-        Or `a` is a domain and there is no `b`: a :class:`~voroquad.Triangle`, :class:`~voroquad.Simplex`,
+        Lower and upper limits. They may be infinite. If b < a the sign changes, as usual. If they are arrays, func gets
+        points of their library and dtype, on their device, and the results are such arrays too. In a
+        list, the limits of coordinate i may be callables of the coordinates after it, x_{i+1}, …, x_{d−1}, as in
+        `scipy.integrate.nquad`; they get and return arrays (n,).
+        Alternatively `a` is a domain and `b` is left out: a :class:`~voroquad.Triangle`, :class:`~voroquad.Simplex`,
         :class:`~voroquad.Ball`, :class:`~voroquad.SphereSurface`, :class:`~voroquad.Polygon` or
         :class:`~voroquad.Polytope`.
     measure : ProductMeasure or PiecewiseUniform, optional
-        In place of limits: ∫ f dμ, an expectation for a probability measure. The pieces of a PiecewiseUniform have
-        n_points in proportion to their counts. Normal coordinates, d ≥ 5, are turned so that the first ones matter
-        most, as a pilot of n_points/8 shows; with n_estimates > 1 it is beside these.
+        The measure μ of ∫ f dμ, instead of limits. For a probability measure this is an expectation. The pieces of a
+        PiecewiseUniform share n_points in proportion to their counts. Five or more normal coordinates are rotated such
+        that func varies most along the first ones. A pilot of n_points/8 evaluations finds the rotation; if n_estimates
+        > 1 it is in addition to n_points.
     args, kwargs : tuple, mapping
         Further arguments of func.
     vectorized : bool
-        False for a func that takes one point (d,) and returns its value: it is called once per point.
+        False if func takes a single point (d,) and returns its value. It is then called once per point.
     loc, scale : float or array_like, (d,)
-        Where func lies on infinite intervals. Half of the points are below a + scale on [a, ∞), above b − scale on
-        (−∞, b], and within ⅔ scale of loc on the whole line.
+        Location and scale of func on infinite intervals. Half of the points are below a + scale on [a, ∞), above b −
+        scale on (−∞, b], and within ⅔ scale of loc on the whole line.
     n_points : int
-        Largest number of evaluations of an estimate. A stratified set has the largest near-cubic
-        grid of at most that many strata; other samplers split them into four replicates of the largest size
-        that they have where n_estimates is 1.
+        Largest number of evaluations of an estimate. A stratified set has the largest near-cubic grid of at most that
+        many strata. Other samplers draw four replicates, each of the largest size that they allow, if n_estimates is 1.
     n_estimates : int
-        Number of independent sets; the result is their mean, its error comes from their spread. Of stratified
-        sets each has an estimate of its own. Sets of other samplers, so above d = 4, are the replicates of one
-        cross-fit, in place of the four: each is corrected by what the others predict. With two the error has a
-        single degree of freedom, and the 95 % interval is 12.7 standard errors to either side.
+        Number of independent sets. The result is the mean of their estimates, and its error comes from their spread.
+        Stratified sets are estimated independently. Sets of other samplers, and so all sets above d = 4, are the
+        replicates of one cross-fit, instead of the four replicates: each corrects a prediction from the others. With
+        two sets the error has a single degree of freedom, and the 95 % interval extends 12.7 standard errors to either
+        side.
     adapt : bool or "auto"
-        True learns from a pilot of 30 % of the evaluations a map that spreads samples along each axis where func is
-        large, for peaks that are narrower than strata; `adaptation` of the result shows it. "auto" looks at 6 % of
-        the evaluations first, and learns a map if these rest on less than a tenth of their samples.
+        For peaks that are narrower than strata. True learns a map from a pilot of 30 % of the evaluations, which places
+        more samples along each axis where func is large; the attribute `adaptation` of the result shows it. "auto"
+        first makes 6 % of the evaluations, and learns a map if their effective number is less than a tenth of their
+        number.
     method : str
-        "auto" is the rule that `order`, `sampler` and `debias` name, which are for that one only; if none is named it
-        is "pilot" for estimates of 8192 points or more in d ≤ 2, of 16384 in d = 3. "kriging" and "local" predict each
-        sample from those around it, by kriging or by polynomials (of the order 8 in the plane, 3 above, on
-        a line as many as there are points for; `order` may name another). "pilot" is for many points in d ≤ 3: a
-        grid of a quarter of them predicts, and says where samples go. "polynomials" is for many points in more
-        dimensions, up to 20: Sobol' replicates, each corrected by polynomials that are fitted to the others. "plain"
-        predicts nothing.
+        "auto": the rule that `order`, `sampler` and `debias` name. If they name none, the method is "pilot" from 8192
+        points on in d ≤ 2 and from 16384 in d = 3, and with fewer points a model that the values of func choose.
+        "kriging" and "local": each sample is predicted from those around it, by kriging or by polynomials. The order of
+        the polynomials is 8 in the plane and 3 above; on a line it is the highest for which there are enough points.
+        `order` may name another.
+        "pilot", for many points in d ≤ 3: a grid of a quarter of the points predicts func, and the others go where the
+        prediction is poor.
+        "polynomials", for many points in up to 20 dimensions: Sobol' replicates, each of which corrects polynomials
+        that are fitted to the others.
+        "plain": no prediction.
     sampler : str or callable
-        A random one of :func:`voroquad.sample`: a name, or what makes an engine from ``(d, rng=)``, such as
-        ``qmc.Sobol`` or ``functools.partial(qmc.Sobol, bits=50)``, but not an engine, which yields a single
-        set. "auto" is "multi-jittered" for d ≤ 4 and "sobol" above.
+        A randomised sampler of :func:`voroquad.sample`: a name, or a callable ``(d, rng=)`` that returns an engine,
+        such as ``qmc.Sobol`` or ``functools.partial(qmc.Sobol, bits=50)``. An engine instance is not allowed, since it
+        yields a single set. "auto" is "multi-jittered" for d ≤ 4 and "sobol" above.
     order : int, "kriging" or "auto"
-        Order of the rule. With "auto" func chooses what predicts it, of multi-jittered sets of up to 32768 points on a
-        line and 2048 above. Other sets have a fixed function of the dimension and the number of points: stratified and
-        multi-jittered ones :func:`voroquad.rules.defaults.default_of_strata`, else "kriging". 0 is plain
-        stratification, and the plain mean of replicates.
+        Order of the rule. With "auto" the values of func choose the model, for multi-jittered sets of up to 32768
+        points on a line and 2048 above. For other sets the order depends only on the dimension and the number of
+        points: stratified and larger multi-jittered sets have that of
+        :func:`voroquad.rules.defaults.default_of_strata`, all others "kriging". 0 is plain stratification, or the plain
+        mean of replicates.
     debias : str
         As in :func:`voroquad.weights`.
     rng : int, numpy.random.Generator or None
         Seed.
     rtol, atol : float, optional
-        Tolerance mode: sets of growing size, from n_points on, until half the 95 % interval is at most
-        max(atol, rtol \\|I\\|); an argument left out is 0. The result comes from one more set of the last
-        size, independent of those that settled the size, so it stays unbiased.
+        Tolerance mode: the size of sets grows from n_points on, until half the 95 % interval is at most max(atol, rtol
+        \\|I\\|). An argument that is left out is 0. The result is that of one more set of the last size, which is
+        independent of those that determined the size, so it is unbiased.
     max_evaluations : int
-        Of all sets together, in tolerance mode.
+        Largest number of evaluations of all sets together, in tolerance mode.
     batch : int, optional
-        The most points of a call of func. The result does not depend on it. If it is left out, func gets many points
-        at once, and of the points of an estimate a 64th with `callback`, `progress`, `store` or vectorized=False.
+        Largest number of points in a call of func. The result does not depend on it. By default func gets many points
+        at once, or a 64th of the points of an estimate with `callback`, `progress`, `store` or vectorized=False.
     callback : callable, optional
-        ``callback(p)`` gets a :class:`Progress` after each batch: evaluations so far, and the estimate and its error
-        where there is one yet. True, or StopIteration, ends the integration with that estimate and the warning
-        ``"stopped"``. Such an estimate has no bias if what decides are time or evaluations, not its value.
+        ``callback(p)`` gets a :class:`Progress` after each batch, with the evaluations so far and, once there is one,
+        the estimate with its error. If it returns True or raises StopIteration, the integration ends with that estimate
+        and the warning ``"stopped"``. The estimate is unbiased if the decision depends on time or evaluations and not
+        on its value.
     progress : bool
         Show a bar on standard error.
     store : str or path, optional
         Folder, as any path of fsspec, where the evaluations of an expensive func are kept batch by batch. The same call
         after a kill finds them there and computes the rest. It needs a seed (`rng`) and the extra ``cluster``. A store
-        that belongs to another call is refused; func itself is told by its name only.
+        that belongs to another call is refused; func is identified only by its name.
     workers : int or callable
         Number of processes that evaluate func (-1: one per processor), or a map-like callable such as
         ``multiprocessing.Pool(4).map``. The result does not depend on it. Each call starts its own processes, which
-        takes a second or so, and these import the script that calls: it must do so under
+        takes about a second. They import the calling script, so the call must stand under
         ``if __name__ == "__main__":``.
     threads : int, optional
         Number of threads of the rule itself. The result does not depend on it.
@@ -190,26 +197,27 @@ def quad(
     Raises
     ------
     ValueError
-        Limits that are no numbers; n_points < 1; a rule that does not exist; a sampler whose points are not uniform;
-        values of a wrong shape or masked ones; a func that cannot be sent to other processes.
+        A limit is not a number; n_points < 1; there is no such rule; the points of the sampler are not uniform; values
+        have a wrong shape or are masked; func cannot be sent to other processes.
     IntegrationInterrupted
         Ctrl-C, as a KeyboardInterrupt whose ``result`` is the estimate so far, if there is one yet.
     RuntimeError
-        A worker process ended early; func raised what cannot be sent to this process.
+        A worker process ended early, or func raised an exception that cannot be sent to this process.
     TypeError
-        func or callback is not callable; an argument of SciPy's functions that this one has not (the message says what
-        to write).
+        func or callback is not callable; an argument is that of a SciPy function and not of this one (the message says
+        what to write instead).
     Exception
-        What func raises, with a note that says at which points. Where func raises TypeError, ValueError or IndexError
-        and takes a single point, it is called point by point instead.
+        Any exception of func, with a note that tells the points. If func raises TypeError, ValueError or IndexError but
+        accepts a single point, it is called point by point instead.
 
     Warns
     -----
     IntegrationWarning
-        Value or error are not reliable; the warning's ``kind`` says why. func is not finite somewhere, and the
-        integral is NaN; all values are 0, or the estimate rests on fewer than ten samples, so that nothing is
-        resolved; a single stratum makes up the error; there are too few points for an error; a tolerance is not met.
-        Or advice: give atol where the integral is 0; func is called point by point.
+        The value or its error is not reliable; the attribute ``kind`` of the warning tells why. func is not finite
+        somewhere, and the integral is NaN; all values are 0, or the estimate rests on fewer than ten samples, so that
+        nothing is resolved; a single stratum causes most of the error; there are too few points for an error; a
+        tolerance is not met. Some warnings are only advice: give atol if the integral is 0; func is called point by
+        point.
 
     Notes
     -----
@@ -217,11 +225,11 @@ def quad(
 
         Î = Σ_i [ ∫_{S_i} P_i + \\|S_i\\| (f(x_i) − P_i(x_i)) ],
 
-    where P_i is predicted from samples that x_i does not depend on: on a line a polynomial fitted to those around
-    S_i, in more dimensions kriging or a polynomial fitted to the whole set. Errors of predictions elsewhere choose
-    the order or model, for each component of func by itself; ``rule`` of the result says what was chosen. This is
-    unbiased for every integrand. The error is read off the corrections f(x_i) − P_i(x_i), with Student's t
-    distribution where few of them make it up.
+    where P_i is a prediction from samples that are independent of x_i: on a line a polynomial fitted to those around
+    S_i, in more dimensions kriging or a polynomial fitted to the whole set. The order or model is chosen by the errors
+    of predictions elsewhere, separately for each component of func; the attribute ``rule`` of the result tells which.
+    The estimate is unbiased for every integrand. The error is computed from the corrections f(x_i) − P_i(x_i), with
+    Student's t distribution if few of them cause it.
 
     Examples
     --------

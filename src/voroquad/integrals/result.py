@@ -46,33 +46,33 @@ class Trial(NamedTuple):
 
 @dataclass(frozen=True)
 class QuadResult:
-    """What :func:`quad` returns. ``print`` shows it as a value with its uncertainty, 2.66613(4).
+    """Result of :func:`quad`. It prints as a value with its uncertainty, such as 2.66613(4).
 
-    It unpacks into value and error, ``integral, error = vq.quad(...)``, as results of `scipy.integrate` do.
+    It unpacks into value and error, ``integral, error = vq.quad(...)``, like results of `scipy.integrate`.
 
     Attributes
     ----------
     integral : float, complex, array, or dict or tuple of these
         The estimate, in the shape or structure of func's values.
     standard_error : as integral
-        Its standard error. That of a complex estimate is complex: the errors of its real and its imaginary part, as
-        `scipy.integrate.quad` has them.
+        Its standard error. That of a complex estimate is complex: its parts are the errors of the real and the
+        imaginary part, as in `scipy.integrate.quad`.
     n_evaluations : int
         Number of points func was evaluated at.
     degrees_of_freedom : float
-        Of the Student-t distribution that :meth:`confidence_interval` takes. Of several components, those of the one
-        with the fewest.
+        Degrees of freedom of Student's t distribution in :meth:`confidence_interval`. If there are several components,
+        the fewest of any component.
     rule : str, array of str, or dict or tuple of these
-        What predicted the integrand, in the structure of func's values; empty where that cannot be said. Chosen models
-        come with the numbers of strata or colours that chose them. Those of both parts of a complex number stand with
-        a bar between them where they differ.
+        The models that predicted the integrand, in the structure of func's values; empty if they are not known. Each
+        model is followed by the number of strata or colours that chose it. If the real and the imaginary part of a
+        component have different models, a bar separates them.
     warnings : tuple of IntegrationWarning
-        What the call warned of, each with its ``kind`` and ``details``.
+        The warnings of the call, each with its ``kind`` and ``details``.
     trials : tuple of Trial
-        The sets that the tolerance asked for, in turn, each with ``n_evaluations``, ``integral`` and ``standard_error``
-        of its components. The last one gives the result; without a tolerance there is no other.
+        The sets of tolerance mode in their order, each with ``n_evaluations``, ``integral`` and ``standard_error`` of
+        its components. The last one gives the result. Without a tolerance it is the only one.
     adaptation : Adaptation or None
-        Where ``adapt`` was asked for, what the pilot found: ``adapted``, ``nodes`` (d, 25), ``concentration`` and
+        The result of the pilot if ``adapt`` was given: ``adapted``, ``nodes`` (d, 25), ``concentration`` and
         ``n_pilot``.
 
     Examples
@@ -110,10 +110,10 @@ class QuadResult:
     def covariance(self) -> Any:
         r"""Covariance of the estimates of the components, from the samples that they share.
 
-        Of an integral of shape s it has the shape (\*s, \*s), a float for a single one; of a dict or tuple it is a
-        matrix of the components of its arrays, one after the other. For complex ones it is E δ_k conj(δ_l).
-        Its diagonal holds the squares of the standard errors. With few degrees of freedom it is as uncertain as these
-        are, and singular where there are more components.
+        For an integral of shape s its shape is (\*s, \*s), and it is a float for a single integral. For a dict or tuple
+        it is a matrix over the components of all arrays, one after the other. For complex components it is E δ_k
+        conj(δ_l). Its diagonal has the squares of the standard errors. With few degrees of freedom it is as uncertain
+        as these, and it is singular if there are more components than degrees of freedom.
         """
         return self._library.number(self._linked().covariance())
 
@@ -123,8 +123,8 @@ class QuadResult:
         Parameters
         ----------
         i, j : int, tuple, or key
-            Indices of an array, as ``integral[i]``; of a dict or tuple a key or a position, or a tuple of these and of
-            what follows, as ``("moments", 0)``. Arrays are divided as NumPy does.
+            Indices of an array, as in ``integral[i]``. For a dict or tuple a key or a position, or a tuple of one and
+            further indices, such as ``("moments", 0)``. Arrays are divided elementwise.
 
         Returns
         -------
@@ -142,13 +142,14 @@ class QuadResult:
 
         Notes
         -----
-        The delta method: for q = a/b the error is that of the combination (a − q b)/b, so that what both have in
-        common cancels. The bias of a ratio is about q (Var b / b² − Cov(a, b) / (a b)), of the order of the squared
+        The error is that of the delta method: for q = a/b it is the error of the combination (a − q b)/b, in which
+        common errors cancel. The bias of a ratio is about q (Var b / b² − Cov(a, b) / (a b)), of the order of the
+        squared
         error.
 
         Examples
         --------
-        The mean of x for the density that x² e^(−x) is proportional to:
+        The mean of x for the density proportional to x² e^(−x):
 
         >>> import numpy as np, voroquad as vq
         >>> r = vq.quad(lambda x: x[0] ** 2 * np.exp(-x[0]) * np.stack([x[0], 1 + 0 * x[0]]), 0, np.inf, rng=7)
@@ -171,8 +172,8 @@ class QuadResult:
         Parameters
         ----------
         c : array_like, or dict or tuple of such
-            In the shape or structure of the integral. In front of the shape there may be further axes, one sum for
-            each.
+            Coefficients in the shape or structure of the integral. Further axes may precede that shape, with a sum for
+            each entry.
 
         Returns
         -------
@@ -210,11 +211,11 @@ class QuadResult:
 
     @property
     def success(self) -> bool:
-        """Whether nothing was found that makes value or error unreliable, and the tolerance, if any, is met."""
+        """Whether value and error appear reliable and the tolerance, if any, is met."""
         return all(warning.kind in ADVICE for warning in self.warnings)
 
     def confidence_interval(self, level: float = 0.95) -> ConfidenceInterval:
-        """The interval that holds the integral in a fraction `level` of repetitions.
+        """The interval that contains the integral in a fraction `level` of repetitions.
 
         Raises ValueError for a level outside (0, 1).
         """
@@ -226,7 +227,8 @@ class QuadResult:
         return ConfidenceInterval(low, high)
 
     def plot(self, *, ax: Axes | None = None) -> Axes:
-        """Draw with Matplotlib how the error fell: the standard errors of all sets against their evaluations.
+        """Draw with Matplotlib how the error fell: the standard errors of all sets against their numbers of
+        evaluations.
 
         Parameters
         ----------
@@ -236,12 +238,12 @@ class QuadResult:
         Returns
         -------
         matplotlib.axes.Axes
-            Logarithmic; crosses show how far the values of earlier sets are from the result.
+            With logarithmic scales. Crosses show the differences between earlier sets and the result.
 
         Raises
         ------
         ValueError
-            The result was made of others, by :meth:`ratio` or :meth:`linear`.
+            The result comes from :meth:`ratio` or :meth:`linear`.
         ImportError
             Matplotlib is not installed; the extra ``study`` brings it.
         """

@@ -40,7 +40,7 @@ def bias_function(x: ArrayLike, n: int, design: str = "uniform") -> Array:
     Raises
     ------
     ValueError
-        x outside [0, 1]^d, n < 1, an unknown design, d > 3, an n without a near-cubic grid.
+        x is outside [0, 1]^d, n < 1, the design is unknown, d > 3, or n points have no near-cubic grid.
 
     Notes
     -----

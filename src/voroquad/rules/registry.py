@@ -47,54 +47,53 @@ def weights(
     Parameters
     ----------
     samples : SampleSet or array_like, (n,), (n, d) or (sets, n, d)
-        What :func:`voroquad.sample` returned, or bare points of [0, 1)^d (of [0, 1]^d without a
-        design), or of the box that `bounds` gives. A bare array of fewer points than dimensions is refused, since it
-        may be (d, n); ``points[None]`` says that it is not.
+        A result of :func:`voroquad.sample`, or bare points of [0, 1)^d ([0, 1]^d without a design) or of the box
+        `bounds`. A bare array of fewer points than dimensions is refused, since it may be transposed, (d, n); pass
+        ``points[None]`` if it is not.
     order : int, "kriging" or "auto"
         0: a sample stands for its Voronoi cell. p ≥ 1: polynomials of total degree p are integrated
-        exactly; where a set has too few strata for p, the highest degree that it supports. "kriging":
-        the best prediction of a random function, a polynomial of a degree that grows with n from 0 to 9 and
-        what deviates from it. "auto":
-        a fixed choice by the design, the dimension and the number of samples.
+        exactly; where a set has too few strata for p, the highest degree that it supports. "kriging": the best linear
+        prediction of a random function that is the sum of a polynomial, whose degree grows with n from 0 to 9, and a
+        Gaussian process. "auto": a choice that depends only on the design, the dimension and the number of samples.
     debias : {"none", "bias-function", "exchange", "leave-one-out", "cross-fit", "auto"}
         ``"none"``: the measures of the Voronoi cells; consistent, but biased near the border.
         ``"bias-function"``: the measures over the bias function G; unbiased, Σ w ≠ 1.
         ``"exchange"``: unbiased with Σ w = 1 and no loss of rate.
-        ``"leave-one-out"``: unbiased with Σ w = 1. Order 0: the measures less what they owe to the
-        border, estimated from the nearest other samples; weights may be negative. Higher
+        ``"leave-one-out"``: unbiased with Σ w = 1. Order 0: the measures minus an estimate of their bias at the border
+        from the nearest other samples; weights may be negative. Higher
         orders: each sample corrects a polynomial fitted to the others around it.
         ``"cross-fit"``: unbiased; each of several independent sets corrects a reconstruction from the
-        others. The estimate is the mean over the sets; its weights sum to 1, those of one set need not.
+        others. The estimate is the mean over the sets. Its weights sum to 1, but those of a single set need not.
         ``"auto"``: an exactly unbiased choice for the design.
     design : str, optional
-        How bare points were drawn: a sampler's name. Rules other than ``"none"`` must know. With `bounds`, how
-        (x − low) / (high − low) was drawn.
+        The name of the sampler by which bare points were drawn. It is needed for all rules except ``"none"``. With
+        `bounds`, it refers to the points (x − low) / (high − low).
     bounds : array_like, (d, 2) or (2,), optional
-        Lower and upper end of each side of the box of bare points, in their unit; a single pair is for all axes. By
-        default the unit box [0, 1]^d.
+        Lower and upper end of each side of the box of bare points, in their units; a single pair applies to all axes.
+        By default the unit box [0, 1]^d.
     threads : int, optional
         Number of threads; all processors by default. The result does not depend on it.
 
     Returns
     -------
     ndarray, (n,) or (sets, n)
-        The weights w of the estimate Σ_i w_i f(x_i) of ∫ f over the box. Where they sum to 1 in the unit box, they sum
-        to the volume of another box.
+        The weights w of the estimate Σ_i w_i f(x_i) of ∫ f over the box. If the weights of a rule sum to 1 in the unit
+        box, they sum to the volume of another box.
 
     Raises
     ------
     ValueError
-        Points outside the box; an array that may be transposed; `bounds` that do not fit d, or that are given with a
-        `SampleSet`, whose points are of the unit box; a combination of order, debias, design and d that
-        has no rule (the message lists those that have).
+        A point is outside the box; the array may be transposed; `bounds` do not match d, or are given with a
+        `SampleSet`, whose points are in the unit box; there is no rule for the combination of order, debias, design and
+        d (the message lists those that exist).
 
     Notes
     -----
-    A weight is what one gets by reconstructing the integrand from its samples and integrating the
-    reconstruction: with f̂(y) = Σ_j φ_j(y) f_j, w_j = ∫ φ_j. Weights depend on positions only, so
-    they are made once per set and serve every integrand. Order 0 takes the nearest sample's value
-    for f̂, hence w_j = \\|V_j\\|, the measure of its Voronoi cell (see :func:`voroquad.cells`); above three
-    dimensions it is counted with 256 quasi-random probes per sample, an average cell to 6 %.
+    The integrand is reconstructed from its samples and the reconstruction is integrated: if f̂(y) = Σ_j φ_j(y) f_j,
+    then w_j = ∫ φ_j. Weights depend only on positions, so they are computed once per set and serve every integrand. For
+    order 0, f̂(y) is the value of the nearest sample, hence w_j = \\|V_j\\|, the measure of its Voronoi cell (see
+    :func:`voroquad.cells`). Above three dimensions it is estimated with 256 quasi-random probes per sample, to 6 % for
+    an average cell.
 
     ==================  =======  ======  =============================  ========  ======
     debias              order    d       designs                        unbiased  Σ w = 1
@@ -116,8 +115,8 @@ def weights(
     ``cross-fit``       kriging  any     randomised, two sets or more   yes       mean
     ==================  =======  ======  =============================  ========  ======
 
-    In another box, ``debias="none"`` takes the Voronoi cells of that box, with distances in the unit of the points. All
-    other rules scale each axis to [0, 1], which keeps them unbiased, and multiply the weights by the volume.
+    In another box, ``debias="none"`` uses the Voronoi cells of that box, with distances in the units of the points. All
+    other rules scale each axis to [0, 1], which does not affect unbiasedness, and multiply the weights by the volume.
 
     References
     ----------
