@@ -5,7 +5,8 @@ import pytest
 from scipy.integrate import quad
 
 import voroquad as vq
-from voroquad.rules.ends import deviations, exponents
+from voroquad.rules.ends import at_faces, deviations, exponents
+from voroquad.rules.kriging_rules import strata_in_colours
 
 
 def places(n=24, seed=1):
@@ -62,6 +63,29 @@ def test_a_logarithm_is_the_power_zero(monkeypatch):
     around[0, 0] = np.log(24 * x[:3])
     expected = abs(-1 - around[0, 0, 0])
     assert deviations(x, np.zeros((1, 24)), around)[0, 0] == pytest.approx(expected, rel=1e-4)
+
+
+@pytest.mark.parametrize(("strata", "period", "axis"), [((9, 10), 3, 0), ((5, 5, 6), 2, 2)])
+@pytest.mark.parametrize("mirrored", [False, True])
+def test_what_faces_leave_is_what_next_to_them_the_first_samples_miss(monkeypatch, strata, period, axis, mirrored):
+    """By colour, in units of its samples along the axis; a curve of the true exponent is exact."""
+    n, d, k = np.prod(strata), len(strata), strata[axis]
+    x = vq.sample("multi-jittered", n, d, rng=1).points
+    colours, _ = strata_in_colours(strata, period)
+    t = k * (1 - x[:, axis] if mirrored else x[:, axis])
+    f = np.stack([t**-0.4, np.sin(40 * x.sum(axis=1))])
+    found = at_faces(x, strata, colours, f, f)
+    face = np.flatnonzero(t < 1)
+    monkeypatch.setattr("voroquad.rules.ends.exponents", lambda t, values: np.array([-0.4, np.nan]))
+    expected = 0.0
+    for c in np.unique(colours[face]):
+        own = np.sort(t[face[colours[face] == c]])
+        if len(own) >= 3:
+            expected += len(own) ** 0.4 / 0.6 - own[0] ** -0.4
+    exact = at_faces(x, strata, colours, np.where(t < 1, f, 0), np.where(t < 1, f, 0))
+    assert found[1] == 0
+    assert found[0] == pytest.approx(abs(expected), rel=0.35)
+    assert exact[0] >= abs(expected) * (1 - 1e-9)
 
 
 def test_few_strata_tell_no_exponent():

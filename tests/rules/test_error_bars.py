@@ -8,8 +8,8 @@ from scipy import stats
 
 import voroquad as vq
 from voroquad.rules import error_bars
-from voroquad.rules.ends import deviations
-from voroquad.rules.error_bars import LEVEL, NORMAL, in_plane, of_corrections, on_line
+from voroquad.rules.ends import at_faces, deviations
+from voroquad.rules.error_bars import LEAST_SPREAD, LEVEL, NORMAL, in_box, of_corrections, on_line
 from voroquad.rules.kriging_rules import strata_in_colours
 from voroquad.rules.line_fits import choose_on_line
 
@@ -91,57 +91,65 @@ def plane(k=12):
     return samples.points, samples.strata, colours
 
 
-def test_corrections_that_follow_one_coordinate_make_a_tenth_of_the_variance():
+def test_corrections_that_follow_one_coordinate_make_little_of_the_variance():
     """As beside an edge along an axis; corrections at random make all of it."""
     x, strata, colours = plane(30)
     along = (x[:, 0] * 30) % 1 - 0.5
     left = error_bars._spread(x, strata, colours, np.stack([along, np.random.default_rng(1).standard_normal(900)]))
-    assert left[0].max() < 0.5
-    assert left[0].mean() < 0.2
-    assert left[1].mean() > 0.6
-    assert left.min() >= 0.1
+    assert left[0].max() == LEAST_SPREAD
+    assert 0.7 < left[1].mean() < 1
+    assert left.min() >= LEAST_SPREAD
     assert left.max() <= 1
 
 
-def test_the_spread_is_that_of_its_definition():
-    x, strata, colours = plane(8)
-    r = np.random.default_rng(2).standard_normal((1, 64))
-    found = error_bars._spread(x, strata, colours, r)[0]
-    index = np.indices(strata).reshape(2, -1)
-    for i in range(64):
+@pytest.mark.parametrize(("strata", "period"), [((8, 9), 3), ((5, 6, 4), 2)])
+def test_the_spread_is_that_of_its_definition(strata, period):
+    d = len(strata)
+    x = vq.sample("multi-jittered", math.prod(strata), d, rng=4).points
+    colours, _ = strata_in_colours(strata, period)
+    r = np.random.default_rng(2).standard_normal((2, len(x))) * (1 + np.arange(len(x)))
+    found = error_bars._spread(x, strata, colours, r)
+    index = np.indices(strata).reshape(d, -1)
+    for i in range(len(x)):
         parts = []
-        for a in range(2):
-            slab = np.flatnonzero((colours == colours[i]) & (index[a] == index[a, i]))
-            slab = slab[np.argsort(x[slab, a])]
-            m, squares = len(slab), np.square(r[0, slab]).sum()
-            parts.append(m / (m - 1) / 2 * np.square(np.diff(r[0, slab])).sum() / squares)
-        assert found[i] == pytest.approx(np.clip(min(parts), 0.1, 1))
-
-
-def test_corrections_at_the_border_count_by_their_place():
-    x = np.array([[0.125, 0.5], [0.5, 0.5], [0.99, 0.01], [0.26, 0.7]])
-    slack, found = 0.3, error_bars._border(x, (4, 4))
-    whole = (1.3**3 - 0.3**3) / 3
-    assert found[0] == pytest.approx(np.clip(whole / (1 + slack - 0.5) ** 2, 1, 9))
-    assert np.isnan(found[[1, 3]]).all()
-    assert found[2] == pytest.approx(1)
+        for a in range(d):
+            seconds, expected = np.zeros(2), np.zeros(2)
+            for c in np.unique(colours):
+                slab = np.flatnonzero((colours == c) & (index[a] == index[a, i]))
+                slab = slab[np.argsort(x[slab, a])]
+                for j in range(len(slab) - 2):
+                    three = r[:, slab[j : j + 3]]
+                    seconds += np.square(three @ [1, -2, 1])
+                    expected += np.square(three) @ [1, 4, 1]
+            parts.append(seconds / expected if expected.all() else np.ones(2))
+        np.testing.assert_allclose(found[:, i], np.clip(np.min(parts, axis=0), LEAST_SPREAD, 1))
 
 
 def test_many_corrections_in_the_plane_make_a_normal_interval():
     x, strata, colours = plane(24)
     r = np.random.default_rng(5).standard_normal((1, 576))
-    bar = in_plane(x, strata, colours, r, r)
-    assert bar.degrees_of_freedom == np.inf
-    assert 0.6 < bar.error[0] * 24 < 1.05
+    bar = in_box(x, strata, colours, 0 * r, r)
+    assert bar.degrees_of_freedom > 100
+    assert 0.75 < bar.error[0] * 24 < 1.05
 
 
-def test_a_correction_in_a_corner_has_few_degrees_of_freedom():
+def test_a_single_correction_has_few_degrees_of_freedom():
     x, strata, colours = plane()
-    r = np.where(np.arange(144) == 0, 1.0, 0.0)[None]
-    bar = in_plane(x, strata, colours, r, r)
+    r = np.where(np.arange(144) == 40, 1.0, 0.0)[None]
+    bar = in_box(x, strata, colours, 0 * r, r)
     assert bar.degrees_of_freedom == 3
-    factor = error_bars._border(x, strata)[0]
-    np.testing.assert_allclose(half_width(bar), max(stats.t.ppf(LEVEL, 1) * math.sqrt(factor), NORMAL) / 144)
+    left = error_bars._spread(x, strata, colours, r)[0, 40]
+    np.testing.assert_allclose(half_width(bar), stats.t.ppf(LEVEL, 1) * math.sqrt(left) / 144)
+
+
+def test_curves_at_the_faces_widen_the_interval(monkeypatch):
+    x, strata, colours = plane()
+    f = (x[:, 1] ** -0.4)[None]
+    left = at_faces(x, strata, colours, f, f)
+    monkeypatch.setattr(error_bars, "at_faces", lambda *given: 100 * at_faces(*given))
+    bar = in_box(x, strata, colours, f, f)
+    assert bar.degrees_of_freedom == np.inf
+    np.testing.assert_allclose(half_width(bar), 150 * left / 144)
 
 
 @pytest.mark.statistical

@@ -114,9 +114,9 @@ class Estimator:
     def _warning(self, fit: Fit, drawn: SampleSet, values: Values) -> IntegrationWarning | None:
         """What a single set gives reason to warn of.
 
-        The bar of chosen orders on a line knows how few strata it rests on, as beside a step, and holds there.
+        The bar of chosen models knows how few strata it rests on, as beside a step, and holds there.
         """
-        if len(drawn.batch) > 1 or (isinstance(fit, ChosenFit) and self.integrand.d == 1):
+        if len(drawn.batch) > 1 or isinstance(fit, ChosenFit):
             return None
         if isinstance(fit, ResidualFit):
             return _surprising_stratum(self.integrand, drawn.points[0], values.scaled[0], fit.residuals[0])

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 
 import numpy as np
@@ -12,22 +12,18 @@ from .._support.arrays import Array, Indices
 from ..designs import multi_jittered
 from ..designs.grids import grid_shape
 from ..designs.sampling import SampleSet, SetKind
-from .error_bars import ErrorBar, in_plane, of_corrections, on_line
+from .error_bars import ErrorBar, in_box, on_line
 from .fit import ChosenFit
 from .kriging_rules import MOST, strata_in_colours
 from .line_fits import FEWEST, choose_on_line
-from .method import KRIGING, Method, local
+from .method import Method
 from .model_choice import choose_in_strata
-from .strata_fits import error_scale, fit_strata
 
 #: Most strata on a line for which orders are chosen; it takes some 30 µs for each.
 MOST_ON_LINE = 2**15
 
 #: Highest dimension for which models are chosen: above, colours are too small.
 HIGHEST_DIMENSION = 4
-
-#: Order of the local polynomials in the plane whose corrections tell how far the chosen models have adapted.
-REFERENCE_IN_PLANE = 2
 
 
 def chooses(kind: SetKind) -> bool:
@@ -76,19 +72,9 @@ def _by_colour(samples: SampleSet, strata: tuple[int, ...], threads: int, values
     """By models for each colour."""
     period = multi_jittered.period(samples.d)
     choice = choose_in_strata(samples.batch, strata, period, values, threads)
-    bar: Callable[[Array], ErrorBar] = partial(of_corrections, scale=error_scale(KRIGING, strata))
-    if samples.d == 2:
-        first = SampleSet(samples.batch[:1], samples.design, strata)
-        reference = fit_strata(first, local(REFERENCE_IN_PLANE), threads, values[:1]).residuals[0]
-        colours, _ = strata_in_colours(strata, period)
-        bar = partial(_bar_in_plane, samples.batch[0], strata, colours, reference)
+    colours, _ = strata_in_colours(strata, period)
+    bar = partial(in_box, samples.batch[0], strata, colours, values[0])
     return ChosenFit(choice.weights, choice.residuals, bar, told(choice.names, choice.chosen, "colours"))
-
-
-def _bar_in_plane(
-    points: Array, strata: tuple[int, ...], colours: Indices, reference: Array, residuals: Array
-) -> ErrorBar:
-    return in_plane(points, strata, colours, residuals, reference)
 
 
 def told(names: Sequence[str], chosen: Indices, parts: str) -> tuple[str, ...]:

@@ -1,4 +1,4 @@
-"""What a power or a logarithm at an end of the line adds to the error of a single set.
+"""What a power or a logarithm at an end of the line, or at a face of the box, adds to the error of a single set.
 
 The prediction of the stratum at an end is extrapolated, and its only sample tells little of what it misses. But the
 exponent β of an integrand that behaves as a + A t^β, t strata from the end, is told by the slopes farther in, which
@@ -10,10 +10,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from .._support.arrays import Array
+from .._support.arrays import Array, Indices
 
-#: Slopes that tell the exponent, from the second sample on.
-SLOPES = 7
+#: Slopes that tell the exponent of an end, from the second sample on, and the fewest samples at a face that do.
+SLOPES, FEWEST = 7, 8
 
 #: Largest root mean square deviation of the logarithms of the slopes from a line. Of powers and logarithms it is at
 #: most .1, however the samples lie in their strata.
@@ -24,7 +24,7 @@ LEAST, MOST = -0.9, 0.9
 
 
 def deviations(points: Array, values: Array, around: Array) -> Array:
-    """What remains of the means over the first and the last stratum, in units of values: (fields, 2).
+    """On a line, what remains of the means over the first and the last stratum, in units of values: (fields, 2).
 
     0 where slopes follow no power, or one that is no singularity.
 
@@ -40,10 +40,47 @@ def deviations(points: Array, values: Array, around: Array) -> Array:
     n = len(points)
     if n < SLOPES + 2:
         return np.zeros((len(values), 2))
-    left = _deviation(n * points[: SLOPES + 2], values[:, : SLOPES + 2], around[:, 0])
-    from_right = n * (1 - points[: -SLOPES - 3 : -1])
-    right = _deviation(from_right, values[:, : -SLOPES - 3 : -1], around[:, -1, ::-1])
-    return np.stack([left, right], axis=1)
+    found = []
+    for t, f, missed in (
+        (n * points, values, around[:, 0]),
+        (n * (1 - points[::-1]), values[:, ::-1], around[:, -1, ::-1]),
+    ):
+        beta = exponents(t[: SLOPES + 2], f[:, : SLOPES + 2])
+        found.append(np.abs(_deviation(beta, t[:3], missed)))
+    return np.stack(found, axis=1)
+
+
+def at_faces(points: Array, strata: tuple[int, ...], colours: Indices, values: Array, residuals: Array) -> Array:
+    """In a box, what remains of the sums over the strata at each of its faces, added up over faces: (fields,).
+
+    In the strata at a face, samples of one colour are evenly spread along the axis across it: to what lies next to the
+    face they are what the samples of a line are, with as many strata as there are samples of the colour.
+
+    Parameters
+    ----------
+    points : ndarray, (n, d)
+        Of multi-jittered strata, in their C order.
+    strata : tuple of int
+        Numbers of strata along each axis.
+    colours : ndarray, (n,)
+        Of the strata.
+    values, residuals : ndarray, (fields, n)
+        Of the integrands, and what predictions miss of them.
+    """
+    index = np.indices(strata).reshape(len(strata), -1)
+    total = np.zeros(len(values))
+    for a, k in enumerate(strata):
+        for at, t in ((0, points[:, a] * k), (k - 1, (1 - points[:, a]) * k)):
+            (face,) = np.nonzero(index[a] == at)
+            face = face[np.argsort(t[face])]
+            if len(face) < FEWEST:
+                continue
+            beta = exponents(t[face], values[:, face])
+            if not np.isnan(beta).all():
+                alike = (face[colours[face] == c] for c in np.unique(colours[face]))
+                parts = (_deviation(beta, len(i) * t[i[:3]], residuals[:, i[:3]]) for i in alike if len(i) >= 3)
+                total += np.abs(sum(parts, np.zeros(len(values))))
+    return total
 
 
 def exponents(t: Array, values: Array) -> Array:
@@ -69,16 +106,18 @@ def exponents(t: Array, values: Array) -> Array:
     return found
 
 
-def _deviation(t: Array, values: Array, missed: Array) -> Array:
-    """Of one end, |mean − r_1| of the curve r through what is missed at the first three samples (fields, 3)."""
-    beta = exponents(t, values)
-    t = t[:3]
-    curve = _power(t, np.where(np.isnan(beta), 1.0, beta))
+def _deviation(beta: Array, t: Array, missed: Array) -> Array:
+    """The mean over 0 ≤ t ≤ 1 of the curve through what is missed at three samples t (3,) less that at the first.
+
+    From exponents (fields,), NaN where there is none, and what is missed (fields, 3): (fields,).
+    """
+    known = ~np.isnan(beta)
+    beta = np.where(known, beta, 1.0)
+    curve = _power(t, beta)
     of_missed, of_curve = _differences(t, missed), _differences(t, curve)
-    amount = np.divide(of_missed[1], of_curve[1], out=np.zeros(len(beta)), where=~np.isnan(beta))
-    mean = -1 / (1 + beta)
-    bent = mean - curve[:, 0] - (0.5 - t[0]) * of_curve[0]
-    return np.where(np.isnan(beta), 0.0, np.abs((0.5 - t[0]) * of_missed[0] + amount * bent))
+    amount = np.divide(of_missed[1], of_curve[1], out=np.zeros(len(beta)), where=known)
+    bent = -1 / (1 + beta) - curve[:, 0] - (0.5 - t[0]) * of_curve[0]
+    return np.where(known, (0.5 - t[0]) * of_missed[0] + amount * bent, 0.0)
 
 
 def _power(t: Array, beta: Array) -> Array:

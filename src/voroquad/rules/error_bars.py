@@ -15,7 +15,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from .._support.arrays import Array, Indices
-from .ends import deviations
+from .ends import at_faces, deviations
 
 #: The level at which intervals of several kinds are compared.
 LEVEL = 0.975
@@ -26,6 +26,9 @@ OF_ENDS = 0.25
 
 #: How many times half an interval is what curves with the exponents of the ends leave of the means there, at least.
 OF_CURVES = 1.5
+
+#: The least part of the variance that is believed to be left where corrections follow a coordinate.
+LEAST_SPREAD = 0.05
 
 #: Fewest degrees of freedom that are told. With one or two, intervals of other levels would be far too wide or narrow.
 FEWEST_DEGREES = 3.0
@@ -79,34 +82,29 @@ def on_line(points: Array, values: Array, residuals: Array, around: Array, refer
     return _widest([plain / n, ends / n], np.sqrt(variances.sum(axis=-1)) / n, freedom)
 
 
-def in_plane(points: Array, strata: tuple[int, ...], colours: Indices, residuals: Array, reference: Array) -> ErrorBar:
+def in_box(points: Array, strata: tuple[int, ...], colours: Indices, values: Array, residuals: Array) -> ErrorBar:
     """The bar of models that are chosen by colour, for multi-jittered samples.
 
     Parameters
     ----------
-    points : ndarray, (n, 2)
+    points : ndarray, (n, d)
         In C order of their strata.
     strata : tuple of int
         Numbers of strata along the axes.
     colours : ndarray, (n,)
         Of the strata.
-    residuals, reference : ndarray, (fields, n)
-        What samples correct of the chosen predictions, and of local parabolas.
+    values, residuals : ndarray, (fields, n)
+        Of the integrands, and what samples correct of the chosen predictions.
 
     Notes
     -----
     Samples of one colour and slab are evenly spread along the slab's axis. Where corrections follow that coordinate, as
-    beside an edge along the axes, only the differences of neighbours in it make error.
+    beside an edge along the axes, only what they do not follow it in makes error.
     """
     n = len(points)
-    squares = np.square(residuals)
-    spread = _spread(points, strata, colours, residuals)
-    border = _border(points, strata)
-    variances = np.where(np.isnan(border), spread * squares / 3, border * squares)
-    adapted = _adapted(_neighbours_in_plane(squares, strata), _neighbours_in_plane(np.square(reference), strata))
-    freedom = 1 + 0.7 * np.maximum(_effective(variances, 1 + 2 * adapted**100) - 1, 0)
-    plain = [np.sqrt((spread * squares).sum(axis=-1)) / n, 0.5 * np.sqrt(squares.sum(axis=-1)) / n]
-    return _widest(plain, np.sqrt(variances.sum(axis=-1)) / n, freedom)
+    variances = _spread(points, strata, colours, residuals) * np.square(residuals)
+    faces = OF_CURVES / NORMAL * at_faces(points, strata, colours, values, residuals) / n
+    return _widest([faces], np.sqrt(variances.sum(axis=-1)) / n, np.maximum(_effective(variances), 1.0))
 
 
 def _widest(plain: list[Array], error: Array, freedom: Array) -> ErrorBar:
@@ -156,50 +154,25 @@ def _neighbours_on_line(squares: Array) -> Array:
     return padded[:, :-2] + padded[:, 1:-1] + padded[:, 2:]
 
 
-def _neighbours_in_plane(squares: Array, strata: tuple[int, ...]) -> Array:
-    """Sums (fields, n) over each stratum and the eight around it."""
-    padded = np.pad(squares.reshape(-1, *strata), ((0, 0), (1, 1), (1, 1)))
-    rows = padded[:, :-2] + padded[:, 1:-1] + padded[:, 2:]
-    return (rows[:, :, :-2] + rows[:, :, 1:-1] + rows[:, :, 2:]).reshape(squares.shape)
-
-
 def _spread(points: Array, strata: tuple[int, ...], colours: Indices, residuals: Array) -> Array:
-    """What the even spread of a colour's samples leaves of the variance of independent ones, (fields, n), from .1 to 1.
+    """What the even spread of a colour's samples leaves of the variance of independent ones: (fields, n).
 
-    It is half the squared difference of corrections that follow each other along an axis, over their square. Of the two
-    axes the one that leaves less counts.
+    From :data:`LEAST_SPREAD` to 1. In the order of their coordinate along an axis, three successive corrections of a
+    colour in a slab have the second difference r_1 − 2 r_2 + r_3, whose mean square is six times the variance that a
+    linear trend leaves, and that of independent corrections. Over all strata with the same index along the axis it is
+    compared with what the squares of the corrections make of it. Of the axes that which leaves least counts.
     """
     index = np.indices(strata).reshape(len(strata), -1)
     left = np.ones_like(residuals)
     for a, k in enumerate(strata):
-        slab = np.unique(colours * k + index[a], return_inverse=True)[1]
-        order = np.lexsort((points[:, a] * k - index[a], slab))
-        r, slabs = residuals[:, order], slab[order]
-        size = np.bincount(slab)
-        same = (slabs[1:] == slabs[:-1]).astype(float)
-        steps = np.zeros((len(residuals), len(size)))
-        squares = np.zeros_like(steps)
-        for field in range(len(residuals)):
-            steps[field] = np.bincount(slabs[1:], np.square(np.diff(r[field])) * same, minlength=len(size))
-            squares[field] = np.bincount(slabs, np.square(r[field]), minlength=len(size))
-        factor = np.divide(size, 2 * (size - 1), out=np.zeros(len(size)), where=size > 1)
-        part = np.divide(factor * steps, squares, out=np.ones_like(steps), where=(squares > 0) & (size > 1))
-        left = np.minimum(left, np.clip(part, 0.1, 1)[:, slab])
+        slab = colours * k + index[a]
+        order = np.lexsort((points[:, a] * k, slab))
+        within = (slab[order][2:] == slab[order][:-2]).astype(np.float64)
+        r, row = residuals[:, order], index[a][order]
+        seconds = np.square(r[:, :-2] - 2 * r[:, 1:-1] + r[:, 2:]) * within
+        of_each = np.convolve(within, [1.0, 4.0, 1.0])  # how often, squared, a correction is in a second difference
+        by_row = (row == np.arange(k)[:, None]).astype(np.float64)
+        found, expected = seconds @ by_row[:, 1:-1].T, (np.square(r) * of_each) @ by_row.T
+        part = np.divide(found, expected, out=np.ones_like(found), where=expected > 0)
+        left = np.minimum(left, np.clip(part, LEAST_SPREAD, 1)[:, index[a]])
     return left
-
-
-def _border(points: Array, strata: tuple[int, ...], slack: float = 0.3) -> Array:
-    """The factor (n,) of a correction's square in the variance of a stratum at the border; NaN inside.
-
-    What a prediction misses, taken as δ(t) ∝ 1 + ε − t at t strata from the border, is known at one place only. The
-    factor, a product over the axes that touch the border, is the mean of δ² over the stratum over its value there.
-    """
-    factors, touched = np.ones(len(points)), np.zeros(len(points), dtype=bool)
-    for a, k in enumerate(strata):
-        place = points[:, a] * k
-        distance = np.minimum(place, k - place)
-        at_border = distance < 1
-        factor = ((1 + slack) ** 3 - slack**3) / (3 * np.square(1 + slack - distance))
-        factors *= np.where(at_border, np.clip(factor, 1, 9), 1)
-        touched |= at_border
-    return np.where(touched, factors, np.nan)
