@@ -53,5 +53,6 @@ if output:
     output.mkdir(parents=True, exist_ok=True)
     ax = cells.plot(measured, cmap="YlGnBu")
     ax.set(title="Thiessen polygons, coloured by the rain at their gauges", xlabel="km", ylabel="km")
-    ax.figure.set_size_inches(8, 4.6)
+    ax.figure.set_size_inches(9, 4.6)
+    ax.figure.colorbar(ax.collections[0], label="mm", shrink=0.8)
     ax.figure.savefig(output / "gauges.png", dpi=150, bbox_inches="tight")

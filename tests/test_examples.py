@@ -41,7 +41,10 @@ def test_importance_sampling(line):
     assert abs(estimate - exact) < 1e-3
 
 
-@pytest.mark.parametrize(("name", "picture"), [("rain_gauges.py", "gauges.png"), ("declustering.py", "grades.png")])
+@pytest.mark.parametrize(
+    ("name", "picture"),
+    [("brillouin_zone.py", "k_points.png"), ("declustering.py", "grades.png"), ("rain_gauges.py", "gauges.png")],
+)
 def test_cells_weigh_what_was_sampled_unevenly(name, picture, tmp_path):
     ((plain,), (weighted,), (truth,)) = map(numbers, lines(name, "-o", tmp_path))
     assert abs(weighted - truth) < abs(plain - truth) / 5

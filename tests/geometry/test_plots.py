@@ -34,7 +34,11 @@ def test_on_a_line_bars_are_cells():
 def test_in_the_plane_colours_show_values():
     points = np.random.default_rng(1).random((20, 2))
     cells = vq.cells(points)
-    (patches,) = cells.plot(np.arange(20), cmap=CMAP).collections
+    ax = cells.plot(np.arange(20), cmap=CMAP)
+    (patches,) = ax.collections
+    bar = ax.figure.colorbar(patches)
+    ax.figure.draw_without_rendering()
+    assert (bar.vmin, bar.vmax) == (0, 19)
     np.testing.assert_allclose(patches.get_facecolor()[:, 0], np.arange(20) / 19, atol=0.01)
     boxes = [path.get_extents() for path in patches.get_paths()]
     np.testing.assert_allclose([b.min for b in boxes], [p.min(axis=0) for p in cells.polygons()])

@@ -254,7 +254,8 @@ class Cells:
         Returns
         -------
         matplotlib.axes.Axes
-            The axes: ``cells.plot().figure.savefig("cells.png")``. In space the cells are shaded, and drawn smaller
+            The axes: ``cells.plot().figure.savefig("cells.png")``. In the plane
+            ``ax.figure.colorbar(ax.collections[0])`` adds the scale. In space the cells are shaded, and drawn smaller
             about their centroids.
 
         Raises

@@ -13,6 +13,7 @@ from .._support.figures import axes_for
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.cm import ScalarMappable
 
 #: Where light comes from in space, and how bright a face that turns away from it is
 LIGHT = np.array([0.35, -0.5, 0.79])
@@ -50,19 +51,19 @@ def draw(cells: Drawable, values: Any, ax: Axes | None, cmap: Any) -> Axes:
     mappable = ScalarMappable(cmap=cmap)
     mappable.set_array(numbers)
     mappable.autoscale()
-    colours = np.asarray(mappable.to_rgba(numbers))
-    (_draw_line, _draw_plane, _draw_space)[d - 1](cells, colours, ax)
+    (_draw_line, _draw_plane, _draw_space)[d - 1](cells, mappable, ax)
     return ax
 
 
-def _draw_line(cells: Drawable, colours: Array, ax: Axes) -> None:
+def _draw_line(cells: Drawable, values: ScalarMappable, ax: Axes) -> None:
+    colours = _colours(values)
     ends = cells.intervals()
     ax.bar(ends[:, 0], 1.0, np.diff(ends, axis=1)[:, 0], align="edge", color=colours, edgecolor="white")
     ax.plot(cells.points[:, 0], np.full(len(ends), 0.5), ".", color="black", markersize=4)
     ax.set(ylim=(0, 1), yticks=[])
 
 
-def _draw_plane(cells: Drawable, colours: Array, ax: Axes) -> None:
+def _draw_plane(cells: Drawable, values: ScalarMappable, ax: Axes) -> None:
     from matplotlib.collections import PathCollection
     from matplotlib.path import Path
 
@@ -70,16 +71,18 @@ def _draw_plane(cells: Drawable, colours: Array, ax: Axes) -> None:
         Path.make_compound_path(*(Path(np.concatenate([ring, ring[:1]]), closed=True) for ring in rings))
         for rings in cells._outlines()
     ]
-    ax.add_collection(PathCollection(paths, facecolors=colours, edgecolors="white", linewidths=0.6))
-    ax.plot(*cells.points.T, ".", color="black", markersize=3)
+    shapes = PathCollection(paths, cmap=values.cmap, norm=values.norm, edgecolors="white", linewidths=0.6)
+    shapes.set_array(values.get_array())
+    ax.add_collection(shapes)
+    ax.plot(*cells.points.T, ".", color="black", markersize=min(3, 60 / len(paths) ** 0.5))
     ax.autoscale_view()
     ax.set_aspect("equal")
 
 
-def _draw_space(cells: Drawable, colours: Array, ax: Any) -> None:
+def _draw_space(cells: Drawable, values: ScalarMappable, ax: Any) -> None:
     from mpl_toolkits.mplot3d.art3d import Poly3DCollection
 
-    polygons, shaded = [], []
+    polygons, shaded, colours = [], [], _colours(values)
     for faces, centre, colour in zip(cells.polyhedra(), cells.centroids, colours, strict=True):
         for face in faces:
             normal = np.cross(face[1:-1] - face[0], face[2:] - face[0]).sum(axis=0)
@@ -92,3 +95,8 @@ def _draw_space(cells: Drawable, colours: Array, ax: Any) -> None:
     low, high = corners.min(axis=0), corners.max(axis=0)
     ax.set(xlim=(low[0], high[0]), ylim=(low[1], high[1]), zlim=(low[2], high[2]))
     ax.set_box_aspect(high - low)
+
+
+def _colours(values: ScalarMappable) -> Array:
+    """Red, green, blue and opacity (n, 4) of the values."""
+    return np.asarray(values.to_rgba(np.asarray(values.get_array())))
