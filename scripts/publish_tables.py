@@ -31,6 +31,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "asian-options": integrals.asian_options_table,
         "peaks": integrals.peaks_table,
         "domain-maps": integrals.domain_maps_table,
+        "memory": integrals.memory_table,
     },
     "measured/error-bars.md": {"coverage": integrals.coverage_table, "weight-bounds": integrals.weight_bounds_table},
     "measured/coverage.md": {

@@ -141,6 +141,9 @@ def test_weights_by_kriging(voroquad, tmp_path):
         (["x + q", "--bounds", "0:1"], "unknown name 'q'"),
         (["x", "--bounds", "0:1", "-n", "0"], "n_points"),
         (["x", "--bounds", "0:1", "--level", "95"], "level"),
+        (["x", "--bounds", "0:1", "--store", "kept"], "store needs a seed"),
+        (["x", "--bounds", "0:1", "--scheduler", "tcp://127.0.0.1:1", "--workers", "2"], "exclude each other"),
+        (["x", "--bounds", "0:1", "--method", "best"], "unknown method 'best'"),
     ],
 )
 def test_integrate_refuses_in_one_line(voroquad, arguments, message):
@@ -148,6 +151,16 @@ def test_integrate_refuses_in_one_line(voroquad, arguments, message):
     assert run.returncode == 2
     assert message in run.stderr
     assert len(run.stderr.strip().splitlines()) == 1
+
+
+def test_integrate_in_batches_that_are_kept(voroquad, tmp_path):
+    formula = ["exp(x) * (x + y < 1)", "--bounds", "0:1,0:1", "-n", "4096", "--seed", "3", "--json"]
+    how = ["--method", "pilot", "--batch", "100", "--workers", "2", "--store", tmp_path / "kept", "--progress"]
+    alone, first, again = (voroquad("integrate", *formula, *options) for options in (how[:2], how, how))
+    assert json.loads(alone.stdout) == json.loads(first.stdout) == json.loads(again.stdout)
+    assert (
+        len(list((tmp_path / "kept").glob("batch-*"))) == 43
+    )  # the grid has 1024 points, the samples come in two parts
 
 
 def test_ctrl_c_and_a_kill_leave_nothing(tmp_path):

@@ -135,6 +135,18 @@ def asian_options_table() -> str:
     return markdown(rows, "ll")
 
 
+def memory_table() -> str:
+    """Megabytes of `vq.quad` above those of the interpreter with what it imports."""
+    measured = {
+        (r["method"], int(r["d"]), int(r["n_points"])): r["megabytes_more"] for r in read(RESULTS / "memory.csv")
+    }
+    sizes = sorted({n for _, _, n in measured})
+    rows = [["method", "d", *(f"{n:,}" for n in sizes)]]
+    for method, d in sorted({key[:2] for key in measured}):
+        rows.append([method, str(d), *(measured.get((method, d, n), "") for n in sizes)])
+    return markdown(rows, "l")
+
+
 def domain_maps_table() -> str:
     """Error of uniform points over that of the smooth map, by body and integrand."""
     measured = read(RESULTS / "domain_maps.csv")

@@ -110,22 +110,40 @@ class FormulaCommand(TyperCommand):
         return super().parse_args(ctx, [f" {text}" if is_formula(text) else text for text in args])
 
 
+Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")]
+Scheduler = Annotated[str | None, typer.Option(help="Compute on a Dask cluster: tcp://HOST:PORT or tls://HOST:PORT.")]
+Workers = Annotated[int | None, typer.Option(help="Compute on so many processes of this machine.")]
+Store = Annotated[
+    str | None,
+    typer.Option(help="Keep finished units here, as any path of fsspec; default: OUTPUT.units until all is done."),
+]
+
+
 @app.command(cls=FormulaCommand)
 def integrate(
     expression: Annotated[str, typer.Argument(help="Formula in x, y, z or x1, x2, …, such as 'exp(x) * (y < x)'.")],
     bounds: Annotated[str, typer.Option(help="Limits lower:upper of each variable, such as 0:1,-inf:2.")],
     n_points: Annotated[int, typer.Option("-n", "--n-points", help="Largest number of evaluations.")] = 1024,
+    method: Annotated[str, typer.Option(help="kriging, local, pilot, polynomials, plain or auto.")] = "auto",
     order: AnyOrder = "auto",
     rtol: Annotated[float | None, typer.Option(help="Refine until half the interval is so small beside |I|.")] = None,
     atol: Annotated[float | None, typer.Option(help="Refine until half the interval is so small.")] = None,
     max_evaluations: Annotated[int, typer.Option(help="At most, where --rtol or --atol refine.")] = 1_000_000,
+    batch: Annotated[int | None, typer.Option(help="The most points that the formula gets at once.")] = None,
     level: Annotated[float, typer.Option(help="Of the confidence interval.")] = 0.95,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of all random numbers.")] = None,
+    progress: Annotated[bool, typer.Option("--progress", help="Show a bar on standard error.")] = False,
+    scheduler: Scheduler = None,
+    workers: Workers = None,
+    store: Annotated[
+        str | None, typer.Option(help="Keep evaluations here, as any path of fsspec; needs --seed.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Integrate a formula over a box: value(uncertainty).
 
-    Exit code 1: the value or its error is not reliable, or the tolerance is not met; standard error says why.
+    Exit code 1: the value or its error is not reliable, or the tolerance is not met; standard error says why. Ctrl-C
+    prints what is known so far and exits with 130.
     """
     from .integrals.diagnostics import described
     from .integrals.expression import compile_expression, parse_bounds
@@ -138,8 +156,9 @@ def integrate(
         func = compile_expression(expression, len(a))
         try:
             result, interrupted = quad(
-                func, a, b, n_points=n_points, order=order, rtol=rtol, atol=atol, max_evaluations=max_evaluations,
-                rng=seed,
+                func, a, b, n_points=n_points, method=method, order=order, rtol=rtol, atol=atol,
+                max_evaluations=max_evaluations, batch=batch, rng=seed, progress=progress, store=store,
+                workers=1 if workers is None else workers, client=scheduler,
             ), False  # fmt: skip
         except IntegrationInterrupted as stop:
             if stop.result is None:
@@ -164,15 +183,6 @@ def _print_integral(result: QuadResult, level: float, as_json: bool) -> None:
         "interval": [_number(low), _number(high)],
     }
     print(json.dumps(numbers | {"level": level, "n_evaluations": result.n_evaluations}))
-
-
-Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")]
-Scheduler = Annotated[str | None, typer.Option(help="Compute on a Dask cluster: tcp://HOST:PORT or tls://HOST:PORT.")]
-Workers = Annotated[int | None, typer.Option(help="Compute on so many processes of this machine.")]
-Store = Annotated[
-    str | None,
-    typer.Option(help="Keep finished units here, as any path of fsspec; default: OUTPUT.units until all is done."),
-]
 
 
 @app.command()

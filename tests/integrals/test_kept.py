@@ -122,7 +122,7 @@ def test_infinite_parts_come_back(tmp_path):
         ({"args": (3,)}, "args is"),
         ({"func": lambda x: x[0]}, r"func is '.*lambda>', was 'sine'"),
         ({"measure": vq.ProductMeasure(scipy.stats.uniform()), "a": None, "b": None}, "a is 'None'.* measure is"),
-        ({"rng": None}, "store= needs a seed"),
+        ({"rng": None}, "store needs a seed"),
     ],
 )
 def test_another_call_is_refused_in_one_line(tmp_path, changed, message):

@@ -12,10 +12,10 @@ Any ``distributed.Client`` will do:
 from __future__ import annotations
 
 try:
-    from .connect import connected
+    from .connect import attached, connected
     from .on_dask import OnDask
     from .store import Store
 except ModuleNotFoundError as error:
     raise ModuleNotFoundError(f"running in units needs {error.name!r}", name=error.name) from None
 
-__all__ = ["OnDask", "Store", "connected"]
+__all__ = ["OnDask", "Store", "attached", "connected"]

@@ -10,6 +10,7 @@ import sys
 import traceback
 from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
+from typing import Any
 
 import dask.config
 from distributed import Client, LocalCluster
@@ -68,6 +69,24 @@ def connected(
                 raise
         if store is None:
             kept.delete()
+
+
+@contextmanager
+def attached(client: Any, store: Store | None = None) -> Iterator[OnDask]:
+    """The pool of a client, or of the scheduler at an address; it says that finished units are in the store.
+
+    Raises ValueError for what is neither, and ConnectionError where no scheduler answers or it has no worker.
+    """
+    if isinstance(client, Client):
+        yield OnDask(client, store)
+        return
+    if not isinstance(client, str):
+        raise ValueError(
+            "client must be a distributed.Client or the address of a scheduler, such as 'tcp://10.0.0.1:8786', "
+            f"got {client!r}"
+        )
+    with _dask_is_silent(), _client(client, None) as own:
+        yield OnDask(own, store)
 
 
 @contextmanager

@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import CancelledError
 from contextlib import contextmanager
 from dataclasses import dataclass
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -109,6 +110,32 @@ class OnDask:
                 yield total.result()
                 total = TreeSum(add)
 
+    @property
+    def threads(self) -> int:
+        """Of all workers when this pool was made."""
+        return self._threads
+
+    def map(self, function: Callable[[Any], Any], items: Iterable[Any]) -> Iterator[Any]:
+        """``function(item)`` of each item, in their order, as the built-in map has them; exceptions are its own.
+
+        A bounded number of items is in flight at a time. Those of a worker that dies go to another.
+        """
+        flying: deque[Future[Any]] = deque()
+        coming = iter(items)
+        try:
+            with self._clear_errors():
+                while True:
+                    for item in islice(coming, self._ahead - len(flying)):
+                        flying.append(self.client.submit(function, item, pure=False, retries=RETRIES))
+                    if not flying:
+                        return
+                    value = self._awaited(flying[0], _nothing)
+                    flying.popleft()
+                    yield value
+        finally:
+            if self.client.status == "running":
+                self.client.cancel(list(flying))
+
     def share(self, function: Callable[..., Any], *arguments: Any) -> Future[Any]:
         """The future value; Dask sends it to each worker that needs it, once."""
         with self._clear_errors():
@@ -125,19 +152,18 @@ class OnDask:
 
     def _parts(self, series: Iterable[Series], size: int, add: Add, advance: Advance) -> Iterator[tuple[_Part, Array]]:
         """Sums over `size` consecutive units each, in their order, and fewer at the end of a series."""
-        ahead = max(FEWEST_AHEAD, AHEAD * self._threads)
         coming = self._submit(series, size, add)
         flying: deque[_Part] = deque()
         done = _Progress(advance)
         try:
             with self._clear_errors():
                 while True:
-                    while sum(len(part.units) for part in flying) < ahead and (part := next(coming, None)):
+                    while sum(len(part.units) for part in flying) < self._ahead and (part := next(coming, None)):
                         done.watch(part)
                         flying.append(part)
                     if not flying:
                         break
-                    value = self._result(flying[0], done)
+                    value = self._awaited(flying[0].value, done.report)
                     part = flying.popleft()
                     yield part, value
             done.report()
@@ -163,19 +189,23 @@ class OnDask:
                 whole = units[0] if size == 1 else self.client.submit(_fold, units, add, pure=False, retries=RETRIES)
                 yield _Part(one, units, whole, numbers.stop == one.count)
 
-    def _result(self, part: _Part, done: _Progress) -> Array:
-        """The value of a part, when it is there."""
+    @property
+    def _ahead(self) -> int:
+        return max(FEWEST_AHEAD, AHEAD * self._threads)
+
+    def _awaited(self, value: Future[Any], report: Callable[[], None]) -> Any:
+        """A value, when it is there."""
         alone = 0.0
         while True:
-            done.report()
+            report()
             try:
-                wait(part.value, timeout=1)
+                wait(value, timeout=1)
                 break
             except TimeoutError:
                 alone = alone + 1 if not self.client.scheduler_info(n_workers=-1)["workers"] else 0.0
                 if alone >= PATIENCE:
                     raise ConnectionError(self._resumable("there is no worker any more")) from None
-        return part.value.result()
+        return value.result()
 
     # ------------------------------------------------------------------ what goes wrong
 
@@ -282,6 +312,10 @@ def _fold(values: list[Array], add: Add) -> Array:
 
 def _only(a: Array, b: Array) -> Array:
     raise AssertionError("a part of one unit has nothing to add")
+
+
+def _nothing() -> None:
+    """There is nothing to report."""
 
 
 def _version() -> str:

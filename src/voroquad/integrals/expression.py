@@ -94,7 +94,24 @@ COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 }
 
 
-def compile_expression(text: str, d: int) -> Callable[[Array], Array]:
+@dataclass(frozen=True)
+class Formula:
+    """Values (n,) of a formula at points (d, n). Other processes get its text and compile it anew."""
+
+    text: str
+    d: int
+    values: Callable[[Array], Any]
+
+    def __call__(self, x: Array) -> Array:
+        """Values at points."""
+        with np.errstate(all="ignore"):  # the integrator reports values that are not finite
+            return np.broadcast_to(np.asarray(self.values(x), dtype=np.float64), x.shape[1:]).copy()
+
+    def __reduce__(self) -> tuple[Callable[[str, int], Formula], tuple[str, int]]:
+        return compile_expression, (self.text, self.d)
+
+
+def compile_expression(text: str, d: int) -> Formula:
     """A function of points (d, n), values (n,), from a formula.
 
     Parameters
@@ -133,13 +150,7 @@ def compile_expression(text: str, d: int) -> Callable[[Array], Array]:
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:
         why = _short(error.msg, 100) if isinstance(error, SyntaxError) else type(error).__name__
         raise ValueError(f"expression: cannot read {_short(text)!r}: {why}; write it as 2*x + sin(pi*x)") from None
-    values = _translate(tree, source, _variables(d), DEEPEST)
-
-    def evaluate(x: Array) -> Array:
-        with np.errstate(all="ignore"):  # the integrator reports values that are not finite
-            return np.broadcast_to(np.asarray(values(x), dtype=np.float64), x.shape[1:]).copy()
-
-    return evaluate
+    return Formula(text, d, _translate(tree, source, _variables(d), DEEPEST))
 
 
 def parse_bounds(text: str) -> tuple[list[float], list[float]]:

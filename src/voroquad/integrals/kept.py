@@ -37,7 +37,7 @@ class KeptEvaluations:
     """
 
     def __init__(self, store: Store):
-        self._store, self._next = store, 0
+        self.store, self._next = store, 0
 
     @classmethod
     def of(cls, url: str | os.PathLike[str], settings: Mapping[str, Any]) -> KeptEvaluations:
@@ -64,13 +64,13 @@ class KeptEvaluations:
             yield answer
 
     def _read(self, k: int, x: NDArray[Any]) -> Answer | None:
-        found = self._store.get(_name(k))
+        found = self.store.get(_name(k))
         if found is None:
             return None
         values, about = found
         if values[: len(x)].tobytes() != np.asarray(x, dtype=np.float64).tobytes():
             raise ValueError(
-                f"store {self._store.url} keeps evaluations at other points than those of this call (batch {k}); "
+                f"store {self.store.url} keeps evaluations at other points than those of this call (batch {k}); "
                 "name another store"
             )
         branch = _branch(about["branch"])
@@ -81,7 +81,7 @@ class KeptEvaluations:
         branch, leaves, epsilon = answer
         form = Form.of(branch, leaves)
         about = {"branch": _written(branch), "shapes": form.shapes, "is_complex": form.is_complex, "epsilon": epsilon}
-        self._store.put(_name(k), np.concatenate([x, form.rows(leaves)], dtype=np.float64), about)
+        self.store.put(_name(k), np.concatenate([x, form.rows(leaves)], dtype=np.float64), about)
 
 
 def _name_of(func: Any) -> str:

@@ -91,6 +91,7 @@ def quad(
     progress: bool = False,
     store: str | os.PathLike[str] | None = None,
     workers: int | Callable[..., Any] = 1,
+    client: Any = None,
     threads: int | None = None,
 ) -> QuadResult:
     """Integrate a function over a box or another domain, or against a measure.
@@ -168,7 +169,8 @@ def quad(
         Largest number of evaluations of all sets together, in tolerance mode.
     batch : int, optional
         Largest number of points in a call of func. The result does not depend on it. By default func gets many points
-        at once, or a 64th of the points of an estimate with `callback`, `progress`, `store` or vectorized=False.
+        at once, or a 64th of the points of an estimate with `callback`, `progress`, `store`, `client` or
+        vectorized=False.
     callback : callable, optional
         ``callback(p)`` gets a :class:`Progress` after each batch, with the evaluations so far and, once there is one,
         the estimate with its error. If it returns True or raises StopIteration, the integration ends with that estimate
@@ -185,6 +187,9 @@ def quad(
         ``multiprocessing.Pool(4).map``. The result does not depend on it. Each call starts its own processes, which
         takes about a second. They import the calling script, so the call must stand under
         ``if __name__ == "__main__":``.
+    client : distributed.Client or str, optional
+        In place of `workers`: a Dask cluster that evaluates func, batch by batch, or the address of its scheduler. The
+        result does not depend on it, and workers may die. It needs the extra ``cluster``.
     threads : int, optional
         Number of threads of the rule itself. The result does not depend on it.
 
@@ -253,13 +258,11 @@ def quad(
     adaptations: list[Adaptation] = []
     watch: Watch[Estimate] = Watch()
     watch_here = watch if len(places) == 1 else WatchOfParts(watch)
-    followed = callback is not None or progress or store is not None or not vectorized
+    followed = progress or not vectorized or any(given is not None for given in (callback, store, client))
     kept = None
     if store is not None:
         if rng is None:
-            raise ValueError(
-                "store= needs a seed: without rng= the same call has other points; give rng=1, for example"
-            )
+            raise ValueError("store needs a seed, or the same call has other points; give rng (--seed), such as 1")
         kept = KeptEvaluations.of(
             store,
             {
@@ -269,7 +272,7 @@ def quad(
                 "max_evaluations": max_evaluations, "batch": batch,
             },
         )  # fmt: skip
-    with mapping(workers, (func, args, kwargs)) as (spread, parts):
+    with mapping(workers, (func, args, kwargs), client, kept) as (spread, parts):
         most_at_once = batches(batch, n_points, followed)
         function = Function(func, library, args, kwargs, vectorized, spread, parts, most_at_once, kept)
         rule = _Rule(function, watch_here, n_points, method, sampler, order, debias, generator, threads)

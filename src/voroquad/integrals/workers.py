@@ -13,6 +13,7 @@ from contextlib import contextmanager
 from typing import Any
 
 from .._support.checks import positive_int
+from .kept import KeptEvaluations
 
 Map = Callable[..., Any]
 
@@ -21,7 +22,9 @@ _REMEDY = f"define it with def at the top of a module that can be imported, or {
 
 
 @contextmanager
-def mapping(workers: int | Map, func: Any) -> Iterator[tuple[Map, int]]:
+def mapping(
+    workers: int | Map, func: Any, client: Any = None, kept: KeptEvaluations | None = None
+) -> Iterator[tuple[Map, int]]:
     """A map, and the number of parts to split the points into.
 
     Processes start anew ("spawn"). A fork copies locks of BLAS, Mitsuba or Dask in the state in which other threads
@@ -33,14 +36,27 @@ def mapping(workers: int | Map, func: Any) -> Iterator[tuple[Map, int]]:
         Number of processes (1: this one; -1: one per processor), or a map.
     func : callable
         What they are to call.
+    client : distributed.Client or str, optional
+        In their place the workers of a Dask cluster.
+    kept : KeptEvaluations, optional
+        What outlives a cluster that is gone.
 
     Raises
     ------
     ValueError
-        `workers` is no such number; func cannot be sent to another process, or not be loaded there.
+        `workers` is no such number; both `workers` and `client`; func cannot be sent to another process, or not be
+        loaded there.
     RuntimeError
         A process ends before its work is done.
     """
+    if client is not None:
+        if workers != 1:
+            raise ValueError(f"workers={workers!r} and client exclude each other: a cluster has its own; give one")
+        from ..cluster import attached
+
+        with attached(client, kept.store if kept is not None else None) as pool:
+            yield pool.map, pool.threads
+        return
     processors = os.cpu_count() or 1
     if callable(workers):
         yield workers, processors
