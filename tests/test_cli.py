@@ -164,16 +164,23 @@ def test_integrate_in_batches_that_are_kept(voroquad, tmp_path):
 
 
 def test_ctrl_c_and_a_kill_leave_nothing(tmp_path):
+    runs = {}
     for sent in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
-        run = subprocess.Popen([*PROGRAM, "study", "-o", "deep/out"], cwd=tmp_path, stderr=subprocess.PIPE, text=True)
-        while not list(tmp_path.glob("deep/.out-*")):  # until it is at work
+        folder = tmp_path / sent.name
+        folder.mkdir()
+        runs[sent] = subprocess.Popen(
+            [*PROGRAM, "study", "-o", "deep/out"], cwd=folder, stderr=subprocess.PIPE, text=True
+        )
+    for sent, run in runs.items():
+        folder = tmp_path / sent.name
+        while not list(folder.glob("deep/.out-*")):  # until it is at work
             assert run.poll() is None
             time.sleep(0.05)
         run.send_signal(sent)
         _, said = run.communicate(timeout=60)
         assert run.returncode == 130
         assert "interrupted; nothing half-written was left" in said
-        assert list(tmp_path.iterdir()) == []
+        assert list(folder.iterdir()) == []
 
 
 def test_wrong_usage_is_exit_code_2(voroquad):

@@ -13,16 +13,18 @@ ROOT = Path(__file__).parents[1]
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory):
+def site(made_once):
     pytest.importorskip("sphinx", reason="needs the extra docs")
-    folder = tmp_path_factory.mktemp("site")
-    command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
-    if importlib.util.find_spec("myst_nb"):
-        command += ["-D", "nb_execution_mode=off"]  # tests/test_notebooks.py runs their programs
-    done = subprocess.run([*command, ROOT / "docs", folder / "html"], capture_output=True, text=True)
-    assert done.returncode == 0, done.stderr
-    assert done.stderr == ""
-    return folder / "html"
+
+    def build(folder):
+        command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
+        if importlib.util.find_spec("myst_nb"):
+            command += ["-D", "nb_execution_mode=off"]  # tests/test_notebooks.py runs their programs
+        done = subprocess.run([*command, ROOT / "docs", folder], capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        assert done.stderr == ""
+
+    return made_once("site", build)
 
 
 def test_every_page_is_reached_from_the_first(site):

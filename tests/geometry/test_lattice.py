@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import pyvoro2
 from any_points import any_set
-from hypothesis import given
+from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull, Voronoi
 
@@ -41,6 +41,11 @@ def repeated_measures(points: np.ndarray, vectors: np.ndarray) -> np.ndarray:
     return np.array([ConvexHull(diagram.vertices[region]).volume for region in regions])
 
 
+#: Examples of tests that take long for each
+FEWER = settings(max_examples=settings.default.max_examples // 3)
+
+
+@FEWER
 @given(d=st.integers(2, 3), n=st.integers(1, 12), seed=st.integers(0, 2**32))
 def test_equals_qhull_on_repeated_points(d, n, seed):
     rng = np.random.default_rng(seed)
@@ -75,6 +80,7 @@ def test_of_any_set_fill_the_cell(points, seed):
     assert cells.centroids.shape == points.shape
 
 
+@FEWER
 @given(d=st.integers(2, 3), n=st.integers(1, 30), seed=st.integers(0, 2**32))
 def test_neighbours_and_triangulation(d, n, seed):
     rng = np.random.default_rng(seed)

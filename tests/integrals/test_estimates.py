@@ -80,7 +80,13 @@ def test_an_empty_box_is_known_to_hold_nothing(d, recwarn):
 
 @pytest.mark.statistical
 @pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
-@pytest.mark.parametrize(("d", "n"), [(1, 16), (1, 128), (2, 64), (2, 256), (3, 125), (4, 128), (5, 256), (6, 256)])
+@pytest.mark.parametrize(
+    ("d", "n"),
+    [
+        *[(1, 16), (2, 64), (3, 125), (5, 256)],
+        *(pytest.param(d, n, marks=pytest.mark.slow) for d, n in [(1, 128), (2, 256), (4, 128), (6, 256)]),
+    ],
+)
 def test_smooth_integrands_that_are_covered_rarely_warn(d, n):
     """At most 5 % of sets; 1 to 2 % do, over four families of Genz, one of them a peak and one a corner."""
     smooth = ("oscillatory", "peak", "corner", "gaussian")

@@ -63,9 +63,15 @@ def test_a_batch_limits_every_call_and_changes_no_bit(method):
     assert r.integral == integrate(method=method).integral
 
 
+def test_the_documented_numbers_of_many_points():
+    assert MANY_POINTS == {1: 8192, 2: 8192, 3: 16_384}
+    assert "8192 points or more in d ≤ 2, of 16384 in d = 3" in vq.quad.__doc__
+
+
 @pytest.mark.parametrize("d", MANY_POINTS)
-def test_the_default_for_many_points_is_the_pilot_rule(d):
-    many = MANY_POINTS[d]
+def test_the_default_for_many_points_is_the_pilot_rule(d, monkeypatch):
+    many = 600
+    monkeypatch.setitem(MANY_POINTS, d, many)
 
     def same(n: int, other: dict[str, object], **how: object) -> bool:
         edge = lambda x: (x.sum(axis=0) < 0.7) * 1.0  # noqa: E731

@@ -44,15 +44,17 @@ def test_the_guide_names_all_variants_that_compile_for_the_processor():
 
 
 @pytest.mark.parametrize("variant", NAMED)
-def test_every_domain_renders(variant):
+@pytest.mark.parametrize(
+    "domains", [["light"], pytest.param(["lens", "time", "pixel"], marks=pytest.mark.slow)], ids=" ".join
+)
+def test_every_domain_renders(variant, domains):
     """The samples of the scene's own, with equal weights, make the path tracer's image: ray by ray the same paths."""
     level = mi.logger().log_level()
     mi.set_log_level(mi.LogLevel.Error)  # no warning that films are grey
     mi.set_variant(variant)
     lit = scene()
     truth = image(lit, PATH, 64, seed=1)
-    domains = ["lens", "time", "pixel", "light"] + (["wavelength"] if mi.is_spectral else [])
-    for domain in domains:
+    for domain in domains + (["wavelength"] if mi.is_spectral and "light" in domains else []):
         own = {"type": "reweighted", "nested": PATH, "domain": domain}
         equal = image(lit, {**own, "sampler": "scene", "weighted": False}, 64, seed=1)
         np.testing.assert_allclose(equal, truth, rtol=1e-4, atol=1e-5)

@@ -80,9 +80,9 @@ def test_against_the_formula_written_out(design, d, n):
 @pytest.mark.parametrize("design", DESIGNS)
 def test_threads_and_batches_do_not_change_a_bit(design):
     for d, n in ((1, 40), (2, 36), (2, 2500), (3, 64)):
-        s = vq.sample(design, n=n, d=d, sets=5, rng=2)
+        s = vq.sample(design, n=n, d=d, sets=3, rng=2)
         one_by_one = np.stack([control(points, design=design, threads=1) for points in s.points])
-        for threads in (1, 2, 5):
+        for threads in (1, 5):
             np.testing.assert_array_equal(control(s, threads=threads), one_by_one)
 
 
