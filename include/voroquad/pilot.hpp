@@ -35,7 +35,8 @@
 namespace VOROQUAD {
 
 // In this order: grid() is filled with values at centres(), plan(), then for each of its parts, in
-// any order, draw() and samples(), and add() takes their values.
+// any order, draw() and samples(), and add() takes their values. difficulty() may come
+// between grid() and plan().
 template <std::size_t D>
 class PilotRule {
     static_assert(1 <= D && D <= 3);
@@ -97,6 +98,17 @@ public:
         offset_ = detail::largest_offset(demand_, samples);
         divide(most);
         return parts_.size();
+    }
+
+    // For each component (Σ s^2/3)^3/2 / k^D, with s what the grid leads to expect of a residual in
+    // a cell: in proportion to the error that plan() expects with a given number of samples.
+    template <class Pause = NoPause>
+    std::vector<double> difficulty(unsigned threads, Pause &&pause = {}) {
+        pick_.resize(fields_ * cells_);
+        std::vector<double> found = inverse_means(threads, pause);
+        const auto cells = static_cast<double>(cells_);
+        for (double &x : found) x = std::pow(cells / x, 1.5) / cells;
+        return found;
     }
 
     // Draws the samples of a part and returns their number.

@@ -68,6 +68,18 @@ void bind_rule(nb::module_ &m) {
             "samples"_a, "most"_a, "threads"_a,
             "Choose numbers of samples; the number of parts of at most `most` samples, or a cell.")
         .def(
+            "difficulty",
+            [](Rule &self, unsigned threads) {
+                std::vector<double> out = [&] {
+                    nb::gil_scoped_release release;
+                    return self.difficulty(threads, CheckSignals());
+                }();
+                const std::size_t n = out.size();
+                return own(std::move(out), {n});
+            },
+            "threads"_a,
+            "In proportion to the errors (fields,) to be expected of a given number of samples.")
+        .def(
             "draw",
             [](Rule &self, std::size_t part, unsigned threads) {
                 std::vector<double> out;

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import voroquad as vq
-from voroquad.integrals.adaptation import INTERVALS, PilotSamples, SeparableMap, refined
+from voroquad.integrals.adaptation import Learner, PilotSamples
+from voroquad.integrals.partition import Partition, grow
+from voroquad.integrals.separable_map import SeparableMap
 
 
 def peak(d, sigma=0.03):
@@ -18,47 +20,39 @@ def peak(d, sigma=0.03):
 NODES = np.stack([np.linspace(0, 1, 25) ** 3, np.sin(np.linspace(0, np.pi / 2, 25))])
 
 
-def test_the_map_has_its_volume_element_and_inverse():
-    warp = SeparableMap(NODES)
-    v = np.random.default_rng(1).uniform(0.01, 0.99, (2, 50))
-    u, element = warp(v)
-    np.testing.assert_allclose(warp.inverse(u), v, atol=1e-12)
-    h = 1e-7
-    slopes = [(warp(v + h * e[:, None])[0] - warp(v - h * e[:, None])[0]).sum(axis=0) / (2 * h) for e in np.eye(2)]
-    np.testing.assert_allclose(element, slopes[0] * slopes[1], rtol=1e-4)
-    np.testing.assert_allclose(warp(np.array([[0.0, 1.0], [0.0, 1.0]]))[0], [[0, 1], [0, 1]], atol=1e-15)
-
-
 def test_samples_of_all_rounds_stand_for_the_box():
-    """Σ_i 1/Σ_t n_t p_t(u_i) estimates the volume, 1, and the moments of the box."""
+    """Σ_i 1/Σ_t n_t p_t(u_i) estimates the volume, 1, and the moments of the box, with a map and a tree."""
+
+    def ones(u):
+        return np.ones((1, len(u)))
+
     rng = np.random.default_rng(1)
-    rounds = [(SeparableMap.identity(2), 4000), (SeparableMap(NODES), 8000)]
-    u = np.concatenate([warp(rng.random((2, n)))[0] for warp, n in rounds], axis=1)
-    w = PilotSamples(u, np.ones((1, u.shape[1])), rounds).weights()
-    assert w.sum() == pytest.approx(1, abs=0.03)
-    np.testing.assert_allclose(u @ w, [0.5, 0.5], atol=0.03)
-
-
-def test_intervals_gather_where_the_integrand_is_large():
-    u = np.random.default_rng(1).random((2, 4000))
-    warp = SeparableMap.identity(2)
-    pool = PilotSamples(u, (np.exp(-(((u[0] - 0.3) / 0.05) ** 2)) + 1e-3)[None], [(warp, 4000)])
-    for _ in range(4):
-        warp = refined(warp, pool)
-    inside = ((warp.nodes > 0.2) & (warp.nodes < 0.4)).sum(axis=1)
-    assert inside[0] > 0.6 * INTERVALS
-    assert inside[1] < 0.4 * INTERVALS
-    assert (np.diff(warp.nodes) > 0).all()
-    assert refined(warp, PilotSamples(u, np.zeros((1, 4000)), pool.rounds)) is warp
+    even = rng.random((2, 2000))
+    tree = grow(even, np.exp(-(((even[0] - even[1]) / 0.05) ** 2))[None], np.full(2000, 1 / 2000))
+    pool = None
+    for warp, partition in (
+        (SeparableMap.identity(2), Partition.whole(2)),
+        (SeparableMap(NODES), Partition.whole(2)),
+        (SeparableMap(NODES), tree),
+    ):
+        pilot = Learner(lambda _: ones, vq.Ball([0, 0]), True, rng)
+        u, values, drawn = pilot.draw(warp, partition, 4000)
+        if pool is None:
+            pool = PilotSamples(u, values, drawn)
+        else:
+            pool.add(u, values, drawn)
+    assert pool.u.shape[1] > 11_500
+    assert pool.weights.sum() == pytest.approx(1, abs=0.01)
+    np.testing.assert_allclose(pool.u @ pool.weights, [0.5, 0.5], atol=0.01)
 
 
 @pytest.mark.parametrize(
-    ("d", "sigma", "options"), [(1, 0.003, {}), (2, 0.03, {}), (4, 0.03, {"order": 1}), (6, 0.06, {})]
+    ("d", "sigma", "options"),
+    [(1, 0.0005, {}), (2, 0.006, {}), (3, 0.02, {}), (4, 0.03, {}), (4, 0.03, {"order": 1}), (6, 0.06, {})],
 )
-def test_peaks_that_today_s_rule_misses_are_resolved(d, sigma, options):
+def test_peaks_that_other_rules_miss_are_resolved(d, sigma, options):
     options = {"n_points": 8000 if d > 2 else 3000, "rng": 3} | options
-    f = peak(d, sigma)
-    r = vq.quad(f, [0] * d, [1] * d, adapt=True, **options)
+    r = vq.quad(peak(d, sigma), [0] * d, [1] * d, adapt=True, **options)
     assert r.adaptation.adapted
     assert r.n_evaluations <= options["n_points"]
     assert abs(r.integral - 1) < 0.05
@@ -67,12 +61,36 @@ def test_peaks_that_today_s_rule_misses_are_resolved(d, sigma, options):
     assert ((nodes > 0.1) & (nodes < 0.9)).mean() > 0.8
 
 
+def test_a_tree_finds_what_no_map_of_the_axes_does():
+    def ridge(x):
+        return np.exp(-(((x[0] - x[1]) / 0.03) ** 2)) / (math.sqrt(math.pi) * 0.03 - 0.03**2)
+
+    r = vq.quad(ridge, [0] * 4, [1] * 4, n_points=8000, adapt=True, rng=1)
+    plain = vq.quad(ridge, [0] * 4, [1] * 4, n_points=8000, method="plain", rng=1)
+    assert len(r.adaptation.low) > 50
+    assert abs(r.integral - 1) < 4 * r.standard_error
+    assert r.standard_error < plain.standard_error / 1.5
+    middle = (r.adaptation.low + r.adaptation.high) / 2
+    small = np.prod(r.adaptation.high - r.adaptation.low, axis=1) < 1 / 256
+    assert np.abs(middle[small, 0] - middle[small, 1]).mean() < 0.15
+
+
+def test_where_the_plain_grid_sees_the_peak_there_is_no_map():
+    r = vq.quad(peak(2), [0, 0], [1, 1], n_points=8000, adapt=True, rng=1)
+    assert not r.adaptation.adapted
+    assert abs(r.integral - 1) < 1e-4
+    assert r.n_evaluations <= 8000
+
+
 def test_auto_adapts_to_peaks_only():
-    smooth = vq.quad(lambda x: np.exp(x[0] * x[1]), [0, 0], [1, 1], n_points=1000, adapt="auto", rng=1)
-    assert not smooth.adaptation.adapted
-    assert smooth.adaptation.n_pilot == 60
-    assert vq.quad(peak(2), [0, 0], [1, 1], n_points=1000, adapt="auto", rng=1).adaptation.adapted
-    assert vq.quad(peak(2), [0, 0], [1, 1], rng=1).adaptation is None
+    def adaptation(f, **options):
+        return vq.quad(f, [0] * 4, [1] * 4, n_points=1000, rng=1, **options).adaptation
+
+    smooth = adaptation(lambda x: np.exp(x[0] * x[1]), adapt="auto")
+    assert not smooth.adapted
+    assert 40 < smooth.n_pilot <= 60
+    assert adaptation(peak(4, 0.05), adapt="auto").adapted
+    assert adaptation(peak(4)) is None
 
 
 def test_regions_components_and_sets_are_adapted_to():
@@ -88,16 +106,26 @@ def test_regions_components_and_sets_are_adapted_to():
 
 @pytest.mark.slow
 @pytest.mark.statistical
-def test_unbiased_and_the_mean_of_all_rounds_is_not():
+@pytest.mark.parametrize(("d", "n", "sigma"), [(2, 480, 0.02), (4, 600, 0.1)])
+def test_unbiased_and_the_mean_of_all_rounds_is_not(d, n, sigma, monkeypatch):
     """A narrow peak and few samples. Weighting rounds by the inverse of the variances they show is the control."""
-    f, n = peak(2, 0.05), 480
+    rounds = []
+    draw = Learner.draw
+
+    def recording(self, *how):
+        u, values, drawn = draw(self, *how)
+        terms = values[0] / drawn.density(u)
+        rounds.append((terms.sum(), len(terms) * terms.var(ddof=1)))
+        return u, values, drawn
+
+    monkeypatch.setattr(Learner, "draw", recording)
     fresh, weighted = [], []
     for seed in range(2000):
-        fresh.append(vq.quad(f, [0, 0], [1, 1], n_points=n, adapt=True, order=0, rng=seed).integral)
-        rng = np.random.default_rng(seed)
-        values = [f(rng.random((2, 80))) for _ in range(6)]
-        means = np.array([v.mean() for v in values])
-        weights = 1 / np.array([v.var() + 1e-300 for v in values])
+        rounds.clear()
+        r = vq.quad(peak(d, sigma), [0] * d, [1] * d, n_points=n, adapt=True, rng=seed)
+        fresh.append(r.integral)
+        means, variances = np.array([*rounds, (r.integral, r.standard_error**2)]).T
+        weights = 1 / np.maximum(variances, 1e-6)
         weighted.append(weights @ means / weights.sum())
     z_fresh, z_weighted = ((np.mean(e) - 1) / (np.std(e, ddof=1) / math.sqrt(len(e))) for e in (fresh, weighted))
     assert abs(z_fresh) < 4.5
@@ -109,6 +137,7 @@ def test_unbiased_and_the_mean_of_all_rounds_is_not():
     [
         ({"adapt": "yes"}, "unknown adapt 'yes'; choose one of auto"),
         ({"adapt": True, "n_points": 100}, "n_points must be at least 401 to adapt, got 100"),
+        ({"adapt": True, "n_points": 100, "order": 1}, "n_points must be at least 401 to adapt, got 100"),
         ({"adapt": True, "rtol": 1e-3}, "adapt and a tolerance do not go together"),
     ],
 )

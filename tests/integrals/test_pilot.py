@@ -13,7 +13,11 @@ import pytest
 from pilot_reference import pilot
 
 import voroquad as vq
-from voroquad.integrals.pilot import RULES, grid_side
+from voroquad.integrals.evaluation import Function
+from voroquad.integrals.integrand import Integrand
+from voroquad.integrals.library import Library
+from voroquad.integrals.pilot import RULES, PilotRun, grid_side
+from voroquad.integrals.regions import Box
 from voroquad.study.genz import instances
 
 
@@ -123,6 +127,29 @@ def test_infinite_limits():
     r = vq.quad(lambda x: np.exp(-np.square(x).sum(axis=0)), [-np.inf, 0], [np.inf, np.inf], n_points=20_000,
                 method="pilot", rng=1)  # fmt: skip
     assert r.integral == pytest.approx(math.pi / 2, abs=1e-6)
+
+
+def test_difficulty_is_in_proportion_to_errors():
+    """An edge, its triple beside it, and a bell that the grid resolves far better."""
+
+    def edge(x: np.ndarray) -> np.ndarray:
+        return (x.sum(axis=0) < 0.8) * 1.0
+
+    def func(x: np.ndarray) -> np.ndarray:
+        return np.stack([edge(x), 3 * edge(x), np.exp(-np.square(x).sum(axis=0))])
+
+    def difficulty(f: Callable[[np.ndarray], np.ndarray], k: int = 30) -> np.ndarray:
+        library = Library.of(0, 1)
+        run = PilotRun(Integrand(Function(f, library), Box([0, 0], [1, 1], library)), k, np.random.default_rng(1), 1)
+        run.evaluate_grid()
+        return run.difficulty()
+
+    found = difficulty(func)
+    assert found[1] == pytest.approx(3 * found[0], rel=1e-12)
+    assert found[2] < 1e-6 * found[0]
+    assert difficulty(edge)[0] == pytest.approx(found[0], rel=1e-12)
+    # 2 k of k² cells have an edge: (2k)^1.5 / k²
+    assert difficulty(edge, 120)[0] == pytest.approx(found[0] / 2, rel=0.25)
 
 
 def test_several_estimates_share_the_grid():

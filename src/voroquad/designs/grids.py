@@ -60,15 +60,33 @@ def largest_grid(n: int, d: int) -> tuple[int, ...]:
     ((32, 32), (10, 10, 10), (1, 2, 2, 2))
     """
     k = math.floor(n ** (1 / d) + 1e-9)
-    candidates = []
-    for least in (max(1, k - 1), k):
-        for twos in range(d + 1):
-            for ones in range(d - twos + 1):
-                shape = (least,) * (d - ones - twos) + (least + 1,) * ones + (least + 2,) * twos
-                if math.prod(shape) <= n and shape[-1] <= 2 * shape[0]:
-                    candidates.append(shape)
+    candidates = [s for least in (max(1, k - 1), k) for s in _even_shapes(least, d) if math.prod(s) <= n]
     best = max(candidates, key=lambda shape: (math.prod(shape), shape[0]))
     return grid_shape(math.prod(best), d)
+
+
+def even_sizes(n: int, d: int) -> Indices:
+    """The numbers up to n of boxes of grids whose numbers along the axes differ by at most two, ascending.
+
+    Examples
+    --------
+    >>> from voroquad.designs.grids import even_sizes
+    >>> even_sizes(40, 3)
+    array([ 1,  2,  4,  8, 12, 16, 18, 24, 27, 32, 36])
+    """
+    shapes = (_even_shapes(least, d) for least in range(1, math.floor(n ** (1 / d) + 1e-9) + 1))
+    sizes = {math.prod(shape) for some in shapes for shape in some}
+    return np.array(sorted(size for size in sizes if size <= n), dtype=np.intp)
+
+
+def _even_shapes(least: int, d: int) -> list[tuple[int, ...]]:
+    """Near-cubic shapes of `least` boxes along some axis, and up to two more along the others."""
+    shapes = [
+        (least,) * (d - ones - twos) + (least + 1,) * ones + (least + 2,) * twos
+        for twos in range(d + 1)
+        for ones in range(d - twos + 1)
+    ]
+    return [shape for shape in shapes if shape[-1] <= 2 * shape[0]]
 
 
 def stratum_index(points: Array, strata: tuple[int, ...]) -> Indices:

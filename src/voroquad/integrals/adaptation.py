@@ -1,30 +1,32 @@
-"""Adaptation to peaks: a map that spreads samples where the integrand is large, learned from pilot rounds."""
+"""Adaptation to peaks: pilot rounds learn where samples should go, and a final round of fresh ones estimates."""
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
-from scipy.interpolate import PchipInterpolator
 
-from .._support.arrays import Array
+from .._support.arrays import Array, Indices
 from .._support.checks import one_of
-from ..designs.sampling import sample
 from .estimates import Estimate
 from .integrand import Integrand
+from .leaves import LeafSets, draw
+from .partition import Partition, grow
 from .pieces import Part
 from .regions import Region, within
+from .separable_map import INTERVALS, MappedRegion, SeparableMap, refined
 
-#: Intervals of the map along an axis; between their ends it is a monotone cubic, since kinks cost smooth peaks digits.
-INTERVALS = 24
+#: Rounds of the pilot with maps, and then with maps and trees; the part of all evaluations that each takes, as the
+#: first one does. What is left is the final round's.
+MAP_ROUNDS, TREE_ROUNDS, ROUND_PART = 2, 2, 0.06
 
-#: Rounds of the pilot, and the part of all evaluations that each takes. What is left is the final round's.
-ROUNDS, ROUND_PART = 5, 0.06
+#: Fewest steps of the map after a round; after round t there are t, all on the samples so far.
+STEPS = 2
 
-#: Exponent that damps the changes of a round, and the least part of the mass that an interval is taken to have.
-DAMPING, LEAST = 0.8, 1e-12
+#: Part of a pilot round with a tree that leaves get by their volume alone.
+EVEN_IN_PILOT = 0.3
 
 #: With "auto" the map is learned if the first round rests on a smaller part of its samples than this.
 CONCENTRATED = 0.1
@@ -37,10 +39,12 @@ class Adaptation:
     Attributes
     ----------
     adapted : bool
-        Whether a map was learned.
+        Whether the estimate is behind a learned map.
     nodes : ndarray, (d, 25)
         Along each axis of the unit box the ends of intervals that have equally many samples. Of a box with finite
         limits x = a + (b − a) nodes.
+    low, high : ndarray, (leaves, d)
+        Corners of the boxes that have samples of their own, in the unit box behind the map.
     concentration : float
         Part of the samples of the first round that the integral rests on, (Σ\|f\|)² / (n Σ f²), the least of all
         components.
@@ -50,148 +54,175 @@ class Adaptation:
 
     adapted: bool
     nodes: Array
+    low: Array
+    high: Array
     concentration: float
     n_pilot: int
 
 
-class SeparableMap:
-    """A map of the unit box onto itself, axis by axis, u_a = S_a(v_a).
+@dataclass(frozen=True)
+class Round:
+    """Where the samples of a pilot round lie: how many in each leaf of a partition behind a map."""
 
-    Parameters
-    ----------
-    nodes : ndarray, (d, k + 1)
-        S_a(j/k), from 0 to 1, ascending.
-    """
+    warp: SeparableMap
+    partition: Partition
+    counts: Indices
 
-    def __init__(self, nodes: Array):
-        self.nodes = nodes
-        grid = np.linspace(0, 1, nodes.shape[1])
-        self._axes = [PchipInterpolator(grid, axis) for axis in nodes]
-        self._slopes = [axis.derivative() for axis in self._axes]
-
-    @classmethod
-    def identity(cls, d: int) -> SeparableMap:
-        """The map that changes nothing."""
-        return cls(np.tile(np.linspace(0, 1, INTERVALS + 1), (d, 1)))
-
-    def __call__(self, v: Array) -> tuple[Array, Array]:
-        """Points u (d, n) and the volume element (n,) at v (d, n)."""
-        u = np.stack([s(x) for s, x in zip(self._axes, v, strict=True)])
-        return u, np.prod([s(x) for s, x in zip(self._slopes, v, strict=True)], axis=0)
-
-    def inverse(self, u: Array) -> Array:
-        """v (d, n) of points u (d, n), by bisection within the interval of each."""
-        low, high = np.zeros_like(u), np.ones_like(u)
-        for _ in range(48):
-            middle = (low + high) / 2
-            below = np.stack([s(x) for s, x in zip(self._axes, middle, strict=True)]) < u
-            low, high = np.where(below, middle, low), np.where(below, high, middle)
-        return (low + high) / 2
+    def density(self, u: Array) -> Array:
+        """Samples per volume (n,) at u (d, n)."""
+        v = within(self.warp.inverse(u))
+        leaf = self.partition.leaf_of(v)
+        with np.errstate(divide="ignore"):
+            return self.counts[leaf] / self.partition.volumes[leaf] / self.warp(v)[1]
 
 
-class MappedRegion:
-    """A region behind a map of its unit box."""
-
-    def __init__(self, region: Region, warp: SeparableMap):
-        self.region, self.warp = region, warp
-
-    @property
-    def d(self) -> int:
-        """Dimension of the unit box."""
-        return self.region.d
-
-    @property
-    def empty(self) -> bool:
-        """Whether the integral is 0 whatever f is."""
-        return self.region.empty
-
-    def pull_back(self, v: Array) -> tuple[Array, Array]:
-        """Points x (k, n) and the volume element (n,) at v (d, n)."""
-        u, inner = self.warp(within(v))
-        x, outer = self.region.pull_back(u)
-        return x, inner * outer
-
-
-@dataclass
 class PilotSamples:
-    """The samples of all pilot rounds: positions u (d, n), values (fields, n), and the maps that drew them."""
+    """The samples of all pilot rounds: positions u (d, n), values (fields, n), and samples per volume there (n,)."""
 
-    u: Array
-    values: Array
-    rounds: list[tuple[SeparableMap, int]] = field(default_factory=list)
+    def __init__(self, u: Array, values: Array, first: Round):
+        self.u, self.values, self.density = u, values, first.density(u)
+        self._rounds = [first]
 
+    def add(self, u: Array, values: Array, drawn: Round) -> None:
+        """Those of one round more. All samples count as drawn from the mixture of the rounds."""
+        self._rounds.append(drawn)
+        at_new = np.sum([other.density(u) for other in self._rounds], axis=0)
+        self.density = np.concatenate([self.density + drawn.density(self.u), at_new])
+        self.u, self.values = np.concatenate([self.u, u], axis=1), np.concatenate([self.values, values], axis=1)
+
+    @property
     def weights(self) -> Array:
-        """1 / Σ_t n_t p_t(u), (n,): the samples of all rounds as one from the mixture of their densities p_t."""
-        density = np.zeros(self.u.shape[1])
-        for warp, n in self.rounds:
-            density += n / warp(warp.inverse(self.u))[1]
-        return 1 / density
+        """The volume (n,) that each stands for, 1 / Σ_t n_t p_t(u)."""
+        return 1 / self.density
+
+    def masses(self) -> Array:
+        r"""What each sample (n,) stands for of the integral of \|f\|, which is 1 for each component."""
+        masses = np.abs(np.nan_to_num(self.values)) * self.weights
+        sums = masses.sum(axis=1, keepdims=True)
+        return np.divide(masses, sums, out=np.zeros_like(masses), where=sums > 0).sum(axis=0)
+
+    def map_from(self, warp: SeparableMap) -> SeparableMap:
+        """A better map than that."""
+        masses = self.masses()
+        for _ in range(max(STEPS, len(self._rounds))):
+            warp = refined(warp, self.u, masses)
+        return warp
+
+    def partition_behind(self, warp: SeparableMap) -> Partition:
+        """The tree of the integrand behind a map."""
+        v = within(warp.inverse(self.u))
+        slopes = warp(v)[1]
+        with np.errstate(divide="ignore"):
+            weights = np.where(slopes > 0, self.weights / slopes, 0)
+        return grow(v, self.values * slopes, weights)
 
 
 @dataclass(frozen=True)
-class AdaptiveEstimator:
-    """Learns a map from pilot rounds and estimates with fresh samples, so that the estimate stays unbiased.
-
-    Given the pilot, the map is fixed, and the final round is the rule of `quad` for the integrand behind it. Samples of
-    the pilot take no part: a mean of all rounds, weighted by the inverse of the variances that they show, is biased.
+class Learner:
+    """What learns where samples should go.
 
     Attributes
     ----------
     integrand : callable
         Makes the integrand of a region.
-    estimator : callable
-        Takes a region and returns what estimates from at most so many samples of each set.
     region : Region
         What to integrate over.
-    sets : int
-        Sets of the final round.
     always : bool
         Whether to adapt whatever the first round shows.
     rng : numpy.random.Generator
-        Of the pilot.
+        Of its samples.
+    """
+
+    integrand: Callable[[Region], Integrand]
+    region: Region
+    always: bool
+    rng: np.random.Generator
+
+    def first(self, n: int) -> PilotSamples:
+        """At most n samples of the region as it is."""
+        d = self.region.d
+        return PilotSamples(*self.draw(SeparableMap.identity(d), Partition.whole(d), n))
+
+    def draw(self, warp: SeparableMap, partition: Partition, n: int) -> tuple[Array, Array, Round]:
+        """Samples u (d, m) of at most n evaluations, their values, and where they lie."""
+        groups = draw(partition, n, EVEN_IN_PILOT, self.rng)
+        v = within(np.concatenate([group.places(partition) for group in groups]).T)
+        u, _ = warp(v)
+        return u, self.integrand(self.region)(u.T), Round(warp, partition, _counted(groups, len(partition)))
+
+    def learn_map(self, pool: PilotSamples, rounds: int, n: int) -> SeparableMap:
+        """The map that the samples so far and rounds of at most n more make; the pool takes these."""
+        warp = SeparableMap.identity(self.region.d)
+        for _ in range(rounds):
+            warp = pool.map_from(warp)
+            pool.add(*self.draw(warp, Partition.whole(self.region.d), n))
+        return pool.map_from(warp)
+
+    def learn_tree(self, pool: PilotSamples, warp: SeparableMap, rounds: int, n: int) -> tuple[SeparableMap, Partition]:
+        """The map and the tree behind it, as for :meth:`learn_map`."""
+        for _ in range(rounds):
+            pool.add(*self.draw(warp, pool.partition_behind(warp), n))
+            warp = pool.map_from(warp)
+        return warp, pool.partition_behind(warp)
+
+
+@dataclass(frozen=True)
+class AdaptiveEstimator:
+    """Learns from pilot rounds where samples should go and estimates with fresh ones, so the estimate stays unbiased.
+
+    Given the pilot, map and tree are fixed, and the final round is a rule for the integrand behind them. Samples of the
+    pilot take no part: a mean of all rounds, weighted by the inverse of the variances that they show, is biased.
+
+    Attributes
+    ----------
+    pilot : Learner
+        Learns.
+    final : callable
+        Takes a region behind a map, and a partition of its box, and returns what estimates from at most so many
+        samples of each set.
+    sets : int
+        Sets of the final round.
     report : callable
         Gets the :class:`Adaptation`.
     """
 
-    integrand: Callable[[Region], Integrand]
-    estimator: Callable[[Region], Callable[[int], Estimate]]
-    region: Region
+    pilot: Learner
+    final: Callable[[Region, Partition], Callable[[int], Estimate]]
     sets: int
-    always: bool
-    rng: np.random.Generator
     report: Callable[[Adaptation], None]
 
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations for each set, those of the pilot included."""
-        d, size = self.region.d, int(ROUND_PART * n * self.sets)
-        if size < INTERVALS:
-            raise ValueError(
-                f"n_points must be at least {int(INTERVALS / ROUND_PART) + 1} to adapt, got {n}; leave adapt out"
-            )
-        warp = SeparableMap.identity(d)
-        pool = self._round(warp, size, None)
-        concentration = _concentration(pool.values)
-        adapted = self.always or concentration < CONCENTRATED
+        region, size = self.pilot.region, round_size(n, self.sets)
+        warp, partition = SeparableMap.identity(region.d), Partition.whole(region.d)
+        pool = self.pilot.first(size)
+        found_in = concentration(pool.values)
+        adapted = self.pilot.always or found_in < CONCENTRATED
         if adapted:
-            for _ in range(ROUNDS - 1):
-                warp = refined(warp, pool)
-                pool = self._round(warp, size, pool)
-            warp = refined(warp, pool)
+            warp = self.pilot.learn_map(pool, MAP_ROUNDS, size)
+            warp, partition = self.pilot.learn_tree(pool, warp, TREE_ROUNDS, size)
         used = pool.u.shape[1]
-        self.report(Adaptation(adapted, warp.nodes, concentration, used))
-        region = MappedRegion(self.region, warp) if adapted else self.region
-        found = self.estimator(region)((n * self.sets - used) // self.sets)
+        self.report(Adaptation(adapted, warp.nodes, partition.low, partition.high, found_in, used))
+        estimate = self.final(MappedRegion(region, warp) if adapted else region, partition)
+        found = estimate((n * self.sets - used) // self.sets)
         return replace(found, n=found.n + used)
 
-    def _round(self, warp: SeparableMap, n: int, pool: PilotSamples | None) -> PilotSamples:
-        """The pool with n more samples, drawn through a map."""
-        v = within(sample("halton", n, self.region.d, rng=self.rng).points.T)
-        u, _ = warp(v)
-        values = self.integrand(self.region)(u.T)
-        if pool is None:
-            return PilotSamples(u, values, [(warp, n)])
-        together = np.concatenate([pool.u, u], axis=1), np.concatenate([pool.values, values], axis=1)
-        return PilotSamples(*together, [*pool.rounds, (warp, n)])
+
+def round_size(n: int, sets: int) -> int:
+    """Evaluations of a pilot round, for sets of n each."""
+    size = int(ROUND_PART * n * sets)
+    if size < INTERVALS:
+        raise ValueError(
+            f"n_points must be at least {int(INTERVALS / ROUND_PART) + 1} to adapt, got {n}; leave adapt out"
+        )
+    return size
+
+
+def _counted(groups: Sequence[LeafSets], leaves: int) -> Indices:
+    found = np.empty(leaves, dtype=np.intp)
+    for group in groups:
+        found[group.leaves] = group.samples.n
+    return found
 
 
 def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region:
@@ -205,39 +236,7 @@ def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region:
     return parts[0].region
 
 
-def refined(warp: SeparableMap, pool: PilotSamples) -> SeparableMap:
-    r"""A better map: along each axis the intervals get equal parts of the damped mass of \|f\|.
-
-    Notes
-    -----
-    Of all products of densities, that of the marginals of \|f\| has the least Kullback–Leibler divergence from \|f\|.
-    D_k is the mass of interval k as all samples so far estimate it, a part of the sum, and smoothed over three
-    intervals. The new ends cut ((1 − D)/log(1/D))^0.8, which Lepage (1978) takes of second moments, into equal parts.
-    """
-    masses = np.abs(np.nan_to_num(pool.values)) * pool.weights()
-    sums = masses.sum(axis=1, keepdims=True)
-    total = np.divide(masses, sums, out=np.zeros_like(masses), where=sums > 0).sum(axis=0)
-    if not total.any():
-        return warp
-    v = warp.inverse(pool.u)
-    return SeparableMap(np.stack([_recut(*axis, total) for axis in zip(warp.nodes, v, strict=True)]))
-
-
-def _recut(nodes: Array, v: Array, masses: Array) -> Array:
-    """The new nodes (k + 1,) of an axis from the masses (n,) of samples at v (n,)."""
-    k = len(nodes) - 1
-    parts = np.bincount(np.minimum((v * k).astype(int), k - 1), masses, k)
-    padded = np.concatenate([parts[:1], parts, parts[-1:]])
-    smooth = padded[:-2] + 2 * parts + padded[2:]
-    smooth = np.maximum(smooth / smooth.sum(), LEAST)
-    damped = ((1 - smooth) / -np.log(smooth)) ** DAMPING
-    cut = np.concatenate([[0.0], np.cumsum(damped)])
-    at = np.interp(np.linspace(0, cut[-1], k + 1), cut, nodes)
-    at[0], at[-1] = 0.0, 1.0
-    return at
-
-
-def _concentration(values: Array) -> float:
+def concentration(values: Array) -> float:
     """(Σ|f|)² / (n Σ f²), the least of all components (fields, n) that are not 0."""
     sizes = np.abs(np.nan_to_num(values))
     squares = np.square(sizes).sum(axis=1)

@@ -119,7 +119,7 @@ class Estimator:
         if len(drawn.batch) > 1 or isinstance(fit, ChosenFit):
             return None
         if isinstance(fit, ResidualFit):
-            return _surprising_stratum(self.integrand, drawn.points[0], values.scaled[0], fit.residuals[0])
+            return surprising_stratum(self.integrand, drawn.points[0], values.scaled[0], fit.residuals[0])
         return diagnosis("no-error", points=values.n)
 
     def _draw(self, n: int) -> SampleSet:
@@ -199,7 +199,7 @@ def unresolved(totals: Array, squares: Array, zero: NDArray[np.bool_], n: int) -
     return found
 
 
-def _surprising_stratum(integrand: Integrand, u: Array, values: Array, residuals: Array) -> IntegrationWarning | None:
+def surprising_stratum(integrand: Integrand, u: Array, values: Array, residuals: Array) -> IntegrationWarning | None:
     """A warning if one stratum dominates the error of a component and its value is far from its prediction.
 
     Values and residuals are (fields, n), in units of which a field's largest value has ½ to 1. A residual that is

@@ -10,8 +10,14 @@ from .._support.checks import one_of
 from ..designs.engines import EngineFactory
 from ..rules.method import HIGHEST_DIMENSION, KRIGING, ORDER_ZERO, Method, highest_order, local, read_order
 from . import pilot, replicates
+from .adaptation import Adaptation, AdaptiveEstimator, Learner
+from .adaptive_grid import AdaptiveGrid
 from .estimates import Estimate, Estimator
 from .integrand import Integrand
+from .leaves import LeafEstimator
+from .partition import Partition
+from .regions import Region
+from .spread import across
 
 #: "auto" is the rule that order, sampler and debias name; if none is named, the default.
 METHODS = ("auto", "kriging", "local", "pilot", "plain", "polynomials")
@@ -28,6 +34,9 @@ MANY_POINTS = {1: 8192, 2: 8192, 3: 16_384}
 
 #: What "local" takes where no order is asked for, by dimension, else cubics; on a line it is left to the points.
 LOCAL_METHODS: dict[int, tuple[Method, ...]] = {1: (), 2: (local(8),)}
+
+#: Fewest replicates of Sobol' points behind a map; there are up to twice as many.
+FEWEST_NETS = 4
 
 
 def estimator(
@@ -61,6 +70,44 @@ def estimator(
         return few
     many = pilot.PilotEstimator(integrand, sets, rng, threads)
     return lambda n: many(n) if n >= MANY_POINTS[integrand.d] else few(n)
+
+
+def adaptive(
+    learner: Learner,
+    plain: Callable[[Region], Callable[[int], Estimate]],
+    by_default: bool,
+    sets: int,
+    threads: int,
+    report: Callable[[Adaptation], None],
+) -> Callable[[int], Estimate]:
+    """What adapts to the integrand and makes estimates from at most so many evaluations for each set.
+
+    `plain` makes estimates of a region without adaptation. Behind a map it does so only where a rule was asked for;
+    there the defaults are others.
+    """
+
+    def final(region: Region, partition: Partition) -> Callable[[int], Estimate]:
+        if not by_default or region is learner.region:
+            return plain(region)
+        integrand = learner.integrand(region)
+        if len(partition) == 1:
+            return lambda n: _nets(integrand, n * sets, sets, learner.rng, threads)
+        leaves = LeafEstimator(integrand, partition, learner.rng, threads)
+        return lambda n: across([leaves(n) for _ in range(sets)])
+
+    rounds = AdaptiveEstimator(learner, final, sets, report)
+    d = learner.region.d
+    if not by_default or d > pilot.HIGHEST_DIMENSION:
+        return rounds
+    grid = AdaptiveGrid(learner, sets, threads, report)
+    return lambda n: grid(n) if learner.always or n >= MANY_POINTS[d] else rounds(n)
+
+
+def _nets(integrand: Integrand, n: int, sets: int, rng: np.random.Generator, threads: int) -> Estimate:
+    """The mean of replicates of Sobol' points, at least FEWEST_NETS of at most n in all."""
+    sets = max(sets, FEWEST_NETS)
+    size = 1 << max(0, (n // sets).bit_length() - 1)
+    return Estimator(integrand, "sobol", ORDER_ZERO, "auto", max(sets, n // size), rng, threads)(size)
 
 
 def _check_own_points(

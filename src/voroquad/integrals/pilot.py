@@ -63,16 +63,12 @@ class PilotEstimator:
 
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations for each of the sets."""
-        run = _Run(self.integrand, grid_side(n, self.integrand.d), self.rng, self.threads)
-        found: list[Estimate] = []
-        self.integrand.watch.follow(lambda: across(found, run.cells) if found else run.known())
-        run.start(n)
-        for _ in range(self.sets):
-            found.append(run.estimate())
-        return across(found, run.cells)
+        run = PilotRun(self.integrand, grid_side(n, self.integrand.d), self.rng, self.threads)
+        run.evaluate_grid()
+        return run.estimates(n, self.sets)
 
 
-class _Run:
+class PilotRun:
     """The rule on a grid of k^d cells; values are in units of 2^power, so that no square over- or underflows."""
 
     def __init__(self, integrand: Integrand, k: int, rng: np.random.Generator, threads: int):
@@ -81,14 +77,9 @@ class _Run:
         self.parts = self.samples = 0
         self.steps: list[Array] = []  # Σ over cells of (their mean − the value at the centre), after each part
 
-    def start(self, n: int) -> None:
-        """Evaluate the grid and plan at most n minus its size samples."""
-        self._evaluate_grid()
-        samples = n - self.cells
-        most = min(max(samples // PARTS, FEWEST_OF_A_PART), POINTS_AT_ONCE)
-        self.parts = self.rule.plan(samples, most, self.threads)
-
-    def _evaluate_grid(self) -> None:
+    def evaluate_grid(self) -> None:
+        """Fill the grid, component by component."""
+        self.integrand.watch.follow(self.known)
         kind, keys = RULES[self.integrand.d], self._keys()
         for begin in range(0, self.cells, POINTS_AT_ONCE):
             end = min(begin + POINTS_AT_ONCE, self.cells)
@@ -109,7 +100,28 @@ class _Run:
         d = self.integrand.d
         return self.rng.integers(0, 2**64, size=(RULES[d].sequences, d, 65), dtype=np.uint64)
 
-    def estimate(self) -> Estimate:
+    def grid_values(self) -> Array:
+        """Values (fields, cells) at the centres."""
+        grids = [self.rule.grid(f) for f in range(len(self.power))]
+        return np.stack([np.ldexp(grid, power) for grid, power in zip(grids, self.power, strict=True)])
+
+    def difficulty(self) -> Array:
+        """In proportion to the errors (fields,) that the grid leads to expect of a given number of samples."""
+        found: Array = np.ldexp(self.rule.difficulty(self.threads), self.power)
+        return found
+
+    def estimates(self, n: int, sets: int) -> Estimate:
+        """The mean of estimates from the grid and at most n minus its size samples each."""
+        samples = n - self.cells
+        most = min(max(samples // PARTS, FEWEST_OF_A_PART), POINTS_AT_ONCE)
+        self.parts = self.rule.plan(samples, most, self.threads)
+        found: list[Estimate] = []
+        self.integrand.watch.follow(lambda: across(found, self.cells) if found else self.known())
+        for _ in range(sets):
+            found.append(self._fresh())
+        return across(found, self.cells)
+
+    def _fresh(self) -> Estimate:
         """From the grid and samples of which no estimate before knows.
 
         The parts come in random order, so that those so far are a fair sample of all at any time.

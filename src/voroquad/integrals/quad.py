@@ -14,13 +14,13 @@ from .._support.checks import one_of, positive_int, thread_count
 from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, as_generator
 from ..rules.registry import DEBIAS
-from .adaptation import Adaptation, AdaptiveEstimator, single
+from .adaptation import Adaptation, Learner, single
 from .estimates import Estimate
 from .evaluation import Function
 from .integrand import Integrand
 from .kept import KeptEvaluations
 from .measures import PiecewiseUniform, ProductMeasure
-from .methods import estimator
+from .methods import adaptive, estimator
 from .pieces import Part, Sum
 from .places import parts_of
 from .progress import Progress, batches, ended, following
@@ -132,10 +132,12 @@ def quad(
         two sets the error has a single degree of freedom, and the 95 % interval extends 12.7 standard errors to either
         side.
     adapt : bool or "auto"
-        For peaks that are narrower than strata. True learns a map from a pilot of 30 % of the evaluations, which places
-        more samples along each axis where func is large; the attribute `adaptation` of the result shows it. "auto"
-        first makes 6 % of the evaluations, and learns a map if their effective number is less than a tenth of their
-        number.
+        For peaks that are narrower than strata. True learns from a pilot where func is large; the attribute
+        `adaptation` of the result shows it. In d ≤ 3 the method is "pilot", with a map of each axis if its grid then
+        predicts a smaller error. Above, a pilot of 30 % of the evaluations learns a map of each axis and, if that
+        gains, a tree of boxes that have samples of their own. If `method`, `order` or `sampler` is given, only the map
+        is learned and that rule is used. "auto" adapts only if the effective number of the first samples is less than a
+        tenth of their number.
     method : str
         "auto": the rule that `order`, `sampler` and `debias` name. If they name none, the method is "pilot" from 8192
         points on in d ≤ 2 and from 16384 in d = 3, and with fewer points a model that the values of func choose.
@@ -317,9 +319,11 @@ class _Rule:
     def adapted(
         self, region: Region, sets: int, always: bool, report: Callable[[Adaptation], None]
     ) -> Callable[[int], Estimate]:
-        """What estimates the integral with a map that a pilot shows."""
+        """What estimates the integral with what a pilot shows."""
         over = functools.partial(self._over, sets=sets)
-        return AdaptiveEstimator(self.integrand, over, region, sets, always, self.rng, report)
+        pilot = Learner(self.integrand, region, always, self.rng)
+        by_default = (self.method, self.sampler, self.order, self.debias) == ("auto",) * 4
+        return adaptive(pilot, over, by_default, sets, self.threads, report)
 
     def integrand(self, region: Region) -> Integrand:
         """The function on a region."""

@@ -72,8 +72,8 @@ class QuadResult:
         The sets of tolerance mode in their order, each with ``n_evaluations``, ``integral`` and ``standard_error`` of
         its components. The last one gives the result. Without a tolerance it is the only one.
     adaptation : Adaptation or None
-        The result of the pilot if ``adapt`` was given: ``adapted``, ``nodes`` (d, 25), ``concentration`` and
-        ``n_pilot``.
+        The result of the pilot if ``adapt`` was given: ``adapted``, ``nodes`` (d, 25), the corners ``low`` and ``high``
+        (leaves, d) of the boxes, ``concentration`` and ``n_pilot``.
 
     Examples
     --------

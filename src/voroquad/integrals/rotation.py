@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+from scipy.interpolate import make_lsq_spline
 from scipy.special import ndtri
 
 from .._support.arrays import Array
@@ -23,6 +24,9 @@ FEWEST_DIMENSIONS = 5
 
 #: Evaluations of a pilot for each coordinate, of which fewer are of no use.
 FEWEST_PER_DIMENSION = 4
+
+#: Gauss-Newton steps at most; inner knots of splines at most, and points for each; bins of the gradients.
+STEPS, KNOTS, PER_KNOT, BINS = 8, 8, 16, 8
 
 #: Parts of the evaluations: one is the pilot's, the others are replicates.
 PARTS = 8
@@ -128,24 +132,64 @@ def _moments(distribution: Any) -> tuple[float, float] | None:
 def directions(z: Array, values: Array) -> Array:
     """Orthogonal q (d, d): along its first rows values (fields, m) at points z (m, d) vary most.
 
-    The first is the slope of the linear regression on z. The others are the eigenvectors of Σ z zᵀ residual / m, by
-    their absolute eigenvalues, in the space across the first: by Stein's identity, the mean Hessian. Several fields
-    count with their variances set to 1. These are active subspaces (Liu and Owen 2023) without gradients.
+    Several fields count with their variances set to 1.
+
+    Notes
+    -----
+    The first row is the index of the single-index model f ≈ g(q₀·z) (Ichimura 1993), g a cubic spline: from the slope
+    of the linear regression on, Gauss-Newton steps. What the model leaves, r, tells the others, the eigenvectors of an
+    estimate of E[∇r ∇rᵀ] in the space across the first (active subspaces, Liu and Owen 2023, without gradients). By
+    Stein's identity the mean gradient of r among points of like q₀·z is there the mean of r z, and the mean Hessian of
+    r the mean of r z zᵀ.
     """
-    m, d = z.shape
     centred = values - values.mean(axis=1, keepdims=True)
     size = centred.std(axis=1)
-    centred = centred[np.isfinite(size) & (size > 0)] / size[np.isfinite(size) & (size > 0), None]
-    if not len(centred):
-        return np.eye(d)
-    design = np.column_stack([np.ones(m), z])
-    coefficients = np.linalg.lstsq(design, centred.T, rcond=None)[0]
-    slopes, residuals = coefficients[1:].T, centred - (design @ coefficients).T
-    first = np.linalg.svd(slopes)[2][0]
-    across = np.eye(d) - np.outer(first, first)
-    squares = np.zeros((d, d))
-    for residual in residuals:
-        hessian = across @ (z.T * residual) @ z @ across / m
-        squares += hessian @ hessian
+    known = np.isfinite(size) & (size > 0)
+    if not known.any():
+        return np.eye(z.shape[1])
+    centred = centred[known] / size[known, None]
+    first = _index(z, centred)
+    rest = centred - _curve(z @ first, centred)[0]
+    across = z - np.outer(z @ first, first)
+    squares = sum(_gradients(z @ first, across, r) for r in rest)
     vectors = np.linalg.eigh(squares)[1][:, ::-1]
-    return np.linalg.qr(np.column_stack([first, vectors]))[0].T[:d]
+    return np.linalg.qr(np.column_stack([first, vectors]))[0].T[: z.shape[1]]
+
+
+def _index(z: Array, values: Array) -> Array:
+    """The direction (d,) of which values (fields, m) are most nearly functions."""
+    slopes = np.linalg.lstsq(z, values.T, rcond=None)[0].T
+    best = first = np.linalg.svd(slopes)[2][0]
+    least = np.inf
+    for _ in range(STEPS):
+        s = z @ first
+        curve, slope = _curve(s, values)
+        missed = float(np.square(values - curve).sum())
+        if missed >= least:
+            break
+        best, least = first, missed
+        across = z - np.outer(s, first)
+        design = (slope[:, :, None] * across).reshape(-1, len(first))
+        first = first + np.linalg.lstsq(design, (values - curve).ravel(), rcond=None)[0]
+        first /= np.linalg.norm(first)
+    return best
+
+
+def _curve(s: Array, values: Array) -> tuple[Array, Array]:
+    """Cubic splines of s (m,) that fit values (fields, m) by least squares, and their slopes, (fields, m) each."""
+    order = np.argsort(s)
+    inner = np.quantile(s, np.linspace(0, 1, min(KNOTS, len(s) // PER_KNOT) + 2)[1:-1])
+    ends = s[order[[0] * 4]], s[order[[-1] * 4]]
+    spline = make_lsq_spline(s[order], values[:, order].T, np.concatenate([ends[0], inner, ends[1]]))
+    return spline(s).T, spline.derivative()(s).T
+
+
+def _gradients(s: Array, across: Array, r: Array) -> Array:
+    """Σ p g gᵀ of the mean gradients g of r (m,) in bins of s of probability p, and the mean Hessian squared."""
+    m = len(s)
+    hessian = (across.T * r) @ across / m
+    found: Array = hessian @ hessian
+    for bin_ in np.array_split(np.argsort(s), BINS):
+        mean = r[bin_] @ across[bin_]
+        found += np.outer(mean, mean) / (m * len(bin_))
+    return found
