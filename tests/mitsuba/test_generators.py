@@ -8,7 +8,9 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from voroquad.mitsuba.generators import BITS, DIMENSIONS, joe_kuo, nibble_tables, sz
+from voroquad.mitsuba.generators import BITS, JOINT, crossed, joe_kuo, nibble_tables, sz, upper_digits
+
+SOBOL = JOINT["joe-kuo"]
 
 
 def numbers(columns, indices):
@@ -36,43 +38,61 @@ def is_net(points, base_bits):
 def test_joe_and_kuo_are_scipys():
     indices = np.arange(64, dtype=np.uint64)
     gray = indices ^ indices >> np.uint64(1)  # SciPy goes through the indices in this order
-    expected = qmc.Sobol(DIMENSIONS, scramble=False, bits=BITS).random(64).T
-    np.testing.assert_array_equal(numbers(joe_kuo(DIMENSIONS), gray) / 2.0**BITS, expected)
+    expected = qmc.Sobol(SOBOL, scramble=False, bits=BITS).random(64).T
+    np.testing.assert_array_equal(numbers(joe_kuo(SOBOL), gray) / 2.0**BITS, expected)
 
 
 @pytest.mark.parametrize("start", [0, 4096])
-def test_quads_are_nets(start):
-    """Any aligned block: in base 4 all four coordinates, in base 2 each pair."""
-    columns = sz(24)
-    for quad in range(0, 24, 4):
-        for bits in (2, 4, 6):
-            indices = np.arange(start, start + (1 << bits), dtype=np.uint64)
-            assert is_net(numbers(columns[quad : quad + 4], indices), 2)
-        for bits in range(1, 9):
-            indices = np.arange(start, start + (1 << bits), dtype=np.uint64)
-            points = numbers(columns[quad : quad + 4], indices)
-            assert is_net(points[:2], 1)
-            assert is_net(points[2:], 1)
+@pytest.mark.parametrize("bits_of_set", [0, 1, 4, 5, 8])
+def test_quads_are_nets(start, bits_of_set):
+    """Any aligned block: in base 4 all four coordinates, in base 2 each pair; crossed or not, of sets of any size."""
+    columns = crossed(sz(), bits_of_set)
+    for bits in (2, 4, 6):
+        assert is_net(numbers(columns, np.arange(start, start + (1 << bits), dtype=np.uint64)), 2)
+    for bits in range(1, 9):
+        points = numbers(columns, np.arange(start, start + (1 << bits), dtype=np.uint64))
+        assert is_net(points[:2], 1)
+        assert is_net(points[2:], 1)
 
 
 def test_other_coordinates_are_not_such_nets():
-    """The control: four coordinates of Sobol' in base 4, and pairs across the quads in base 2."""
+    """The control: four coordinates of Sobol' in base 4, and a pair of a quad's two pairs in base 2."""
     indices = np.arange(64, dtype=np.uint64)
     assert not is_net(numbers(joe_kuo(4), indices), 2)
-    assert not is_net(numbers(sz(8)[[1, 2]], indices), 1)
+    assert not is_net(numbers(sz()[[1, 2]], indices), 1)
 
 
-def test_quads_differ():
-    columns = sz(DIMENSIONS)
-    assert len({quad.tobytes() for quad in columns.reshape(-1, 4, BITS)}) == DIMENSIONS // 4
+def places(columns, bits, start):
+    """For each coordinate of a pair, the different places in the cells of a row (of the partner's), at most."""
+    points = (numbers(columns, np.arange(start, start + (1 << bits), dtype=np.uint64)) >> (BITS - bits)).astype(int)
+    upper = upper_digits(bits)
+    found = []
+    for axis in (0, 1):
+        place = points[axis] & (1 << bits - upper[axis]) - 1
+        row = points[1 - axis] >> bits - upper[1 - axis]
+        found.append(max(len(set(place[row == k])) for k in range(1 << upper[1 - axis])))
+    return found
 
 
-@pytest.mark.parametrize(("kind", "columns"), [("joe-kuo", joe_kuo), ("sz", sz)])
+@pytest.mark.parametrize("start", [0, 3 << 10])
+@pytest.mark.parametrize("bits", [2, 3, 4, 5, 6, 10])
+@pytest.mark.parametrize("columns", [sz()[:2], sz()[2:], joe_kuo(2)], ids=["first", "second", "sobol"])
+def test_points_of_a_row_of_cells_are_evenly_spaced_if_crossed(columns, bits, start):
+    assert places(crossed(columns, bits), bits, start) == [1, 1]
+    assert max(places(columns, bits, start)) > 1
+
+
+def test_pairs_that_are_no_nets_stay_as_they_are():
+    pair = joe_kuo(8)[6:]
+    np.testing.assert_array_equal(crossed(pair, 6), pair)
+
+
+@pytest.mark.parametrize(("kind", "columns"), [("joe-kuo", joe_kuo(SOBOL)), ("sz", sz())])
 def test_tables_give_the_same_coordinates(kind, columns):
-    tables = nibble_tables(kind).reshape(DIMENSIONS, 8, 16)
+    tables = nibble_tables(kind, 6).reshape(JOINT[kind], 8, 16)
     indices = np.array([0, 1, 0x12345678, 0xFFFFFFFF, 0x80000000], np.uint64)
-    found = np.zeros((DIMENSIONS, len(indices)), np.uint64)
+    found = np.zeros((JOINT[kind], len(indices)), np.uint64)
     for place in range(8):
         found ^= tables[:, place, (indices >> np.uint64(4 * place) & np.uint64(15)).astype(int)]
-    for row, expected in zip(found, numbers(columns(DIMENSIONS), indices), strict=True):
+    for row, expected in zip(found, numbers(crossed(columns, 6), indices), strict=True):
         assert [int(f"{x:032b}"[::-1], 2) for x in row] == expected.tolist()

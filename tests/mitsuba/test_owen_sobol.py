@@ -11,6 +11,7 @@ import pytest
 
 from voroquad.mitsuba import accumulation
 from voroquad.mitsuba.errors import one_line_errors
+from voroquad.mitsuba.generators import upper_digits
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -51,6 +52,31 @@ def is_net(points):
 def test_each_pixel_has_a_net(generators, order, spp):
     drawn = draw(sampler(sample_count=spp, order=order, generators=generators, **SIZE), 2)
     assert all(is_net(drawn[:, pixel]) for pixel in range(drawn.shape[1]))
+
+
+@pytest.mark.parametrize("generators", GENERATORS)
+@pytest.mark.parametrize("order", ["morton", "none"])
+@pytest.mark.parametrize("spp", [16, 32])
+def test_points_of_a_row_or_a_column_of_cells_are_evenly_spaced(generators, order, spp):
+    """In rows and columns of cells of each pixel, up to the place in an n-th of the interval; the control in all."""
+    drawn = draw(sampler(sample_count=spp, order=order, generators=generators, **SIZE), 2)
+    upper = upper_digits(spp.bit_length() - 1)
+    for axis in (0, 1):
+        place = (drawn[axis] * spp).astype(int) % (spp >> upper[axis])
+        row = (drawn[1 - axis] * (1 << upper[1 - axis])).astype(int)
+        for pixel in range(WIDTH * HEIGHT):
+            assert all(len(set(place[pixel, row[pixel] == k])) == 1 for k in range(1 << upper[1 - axis]))
+    jittered = draw(mi.load_dict({"type": "stratified", "sample_count": 16}), 2)[0, 0]
+    assert len(set((jittered * 16).astype(int) % 4)) > 1
+
+
+def test_a_pair_begins_at_an_even_coordinate():
+    """Of whichever number of single coordinates before it: else its two belong to two pairs, and make no net."""
+    own = sampler(**SIZE)
+    own.seed(0, WIDTH * HEIGHT * 16)
+    own.next_1d()
+    pair = np.array(own.next_2d()).reshape(2, -1, 16)
+    assert all(is_net(pair[:, pixel]) for pixel in range(WIDTH * HEIGHT))
 
 
 @pytest.mark.parametrize("spp", [2, 4, 8])

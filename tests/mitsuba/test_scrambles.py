@@ -7,7 +7,14 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
-from voroquad.mitsuba.scrambles import finalise, morton, nested_scramble, nested_shuffle, nested_shuffle_of_fours
+from voroquad.mitsuba.scrambles import (
+    crossed_scramble,
+    finalise,
+    morton,
+    nested_scramble,
+    nested_shuffle,
+    nested_shuffle_of_fours,
+)
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
@@ -23,6 +30,21 @@ def test_a_shuffle_keeps_blocks_together(key):
         blocks = (shuffled >> bits).reshape(-1, 1 << bits)
         assert (blocks == blocks[:, :1]).all()
         assert len(set(blocks[:, 0])) == len(blocks)
+
+
+@pytest.mark.parametrize(("upper", "bits"), [(0, 0), (1, 1), (2, 4), (3, 5), (5, 10)])
+def test_a_crossed_scramble_is_nested_and_its_lower_digits_follow_each_other_alone(upper, bits):
+    """Points of a block share their first digits before and after; points with the same lower digits share those."""
+    numbers_ = dr.arange(mi.UInt32, 1024) << 22
+    reversed_ = crossed_scramble(dr.brev(numbers_), of_key(0xDEADBEEF), mi.UInt32(upper), bits)
+    scrambled = np.array(dr.brev(reversed_)) >> 22
+    for digits in range(11):
+        blocks = (scrambled >> 10 - digits).reshape(-1, 1 << 10 - digits)
+        assert (blocks == blocks[:, :1]).all()
+        assert len(set(blocks[:, 0])) == len(blocks)
+    lower = (np.arange(1024) >> 10 - bits) & (1 << bits - upper) - 1
+    after = (scrambled >> 10 - bits) & (1 << bits - upper) - 1
+    assert len(set(zip(lower.tolist(), after.tolist(), strict=True))) == 1 << bits - upper
 
 
 @pytest.mark.parametrize("key", [0, 1, 0xDEADBEEF])

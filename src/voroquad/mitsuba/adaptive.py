@@ -189,6 +189,7 @@ class Adaptive(Plain):
         picked = mi.UInt32(pixels.astype(np.uint32))
         sampler = self._sampler_of(sensor, self.sharing.most(spp))
         sampler.pick(picked, start)
+        sampler.cross(self.sharing.at_least)
         sampler.set_samples_per_wavefront(number)
         sampler.seed(dr.opaque(mi.UInt32, seed), len(pixels) * number)
 

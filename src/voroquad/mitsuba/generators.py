@@ -14,14 +14,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 Columns = NDArray[np.uint32]
+Bits = NDArray[np.uint8]
 
 #: Bits of an index and of a coordinate
 BITS = 32
-#: Coordinates that are sampled jointly; later ones repeat them in another order
-DIMENSIONS = 256
+#: Coordinates that are sampled jointly; later ones repeat them with the points in another order
+JOINT = {"joe-kuo": 256, "sz": 4}
+KINDS = tuple(JOINT)
 #: Bits of an index that one look-up in `nibble_tables` takes
 NIBBLE = 4
-KINDS = ("joe-kuo", "sz")
 
 #: Products in GF(4) = {0, 1, ω, ω + 1}, with ω² = ω + 1; element a + b ω is the number a + 2 b
 _PRODUCTS = ((0, 0, 0, 0), (0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2))
@@ -31,22 +32,24 @@ _DIGIT_MAPS = (((0, 1), (1, 0)), ((1, 1), (0, 1)), ((0, 1), (1, 0)), ((1, 1), (0
 
 
 @cache
-def nibble_tables(kind: str) -> Columns:
+def nibble_tables(kind: str, bits: int) -> Columns:
     """The XOR of the columns of each four bits of an index, as bit-reversed coordinates.
 
     Parameters
     ----------
     kind : str
         One of `KINDS`.
+    bits : int
+        Pairs of coordinates are `crossed` for sets of 2^bits points.
 
     Returns
     -------
-    ndarray of uint32, (DIMENSIONS · 128,)
+    ndarray of uint32, (JOINT[kind] · 128,)
         Entry 128 d + 16 j + v is of coordinate d, where bits 4j to 4j + 3 of the index are v.
     """
-    columns = {"joe-kuo": joe_kuo, "sz": sz}[kind](DIMENSIONS)
+    columns = crossed(joe_kuo(JOINT[kind]) if kind == "joe-kuo" else sz(), bits)
     values = np.arange(1 << NIBBLE)
-    tables = np.zeros((DIMENSIONS, BITS // NIBBLE, 1 << NIBBLE), np.uint32)
+    tables = np.zeros((len(columns), BITS // NIBBLE, 1 << NIBBLE), np.uint32)
     for k in range(BITS):
         tables[:, k // NIBBLE] ^= np.where(values >> k % NIBBLE & 1, _reversed_bits(columns[:, k])[:, None], 0)
     return tables.ravel()
@@ -86,20 +89,13 @@ def joe_kuo(d: int) -> Columns:
     return columns
 
 
-def sz(d: int) -> Columns:
-    """Columns (d, 32) of quads of coordinates: each is a (0, 4)-sequence in base 4, its two pairs (0, 2)-sequences.
-
-    Parameters
-    ----------
-    d : int
-        A multiple of 4.
+def sz() -> Columns:
+    """Columns (4, 32) of a quad of coordinates: a (0, 4)-sequence in base 4, its two pairs (0, 2)-sequences.
 
     Notes
     -----
     Over GF(4) the matrices C(j, i) a^(j−i), for the four elements a, make a (0, 4)-sequence in base 4 (Faure). Here an
     element is two bits. In base 2 too, the pairs of coordinates (0, 1) and (2, 3) then have t = 0, by `_DIGIT_MAPS`.
-    All quads have these matrices, and each but the first its own linear map of the index that keeps aligned blocks of
-    2^m indices: it takes other points together with those of the other quads.
 
     References
     ----------
@@ -107,18 +103,88 @@ def sz(d: int) -> Columns:
 
     Examples
     --------
-    >>> [f"{column:#x}" for column in sz(4)[1, :3]]
+    >>> [f"{column:#x}" for column in sz()[1, :3]]
     ['0xc0000000', '0x80000000', '0xf0000000']
     """
-    quad = np.stack([_pascal(a) for a in range(4)])
-    columns = [quad]
-    for number in range(1, d // 4):
-        own = np.zeros_like(quad)
-        for k, mask in enumerate(_index_map(number)):
-            for j in range(k + 1):
-                own[:, k] ^= quad[:, j] * np.uint32(mask >> j & 1)
-        columns.append(own)
-    return np.concatenate(columns)
+    return np.stack([_pascal(a) for a in range(4)])
+
+
+def upper_digits(bits: int) -> tuple[int, int]:
+    """Of a set of 2^bits points, the digits of either coordinate of a pair that say in which cell of a grid it is."""
+    return bits - bits // 2, bits // 2
+
+
+def crossed(columns: Columns, bits: int) -> Columns:
+    """Columns of the same nets, whose pairs of coordinates have evenly spaced points in each row of cells.
+
+    Parameters
+    ----------
+    columns : ndarray of uint32, (d, 32)
+        Of pairs of coordinates.
+    bits : int
+        For sets of 2^bits points.
+
+    Returns
+    -------
+    ndarray of uint32, (d, 32)
+        Those of pairs with t > 0 are as they were.
+
+    Notes
+    -----
+    A net of n = 2^m points with t = 0 has one point in each cell of a grid of 2^a by 2^(m−a). So the upper digits X and
+    Y of its coordinates, a and m − a of them, determine the point, and the lower m − a digits of x are A X + B Y plus a
+    constant. Here A X is taken off: a lower triangular matrix, which keeps nets (Matoušek 1998). The points of a row of
+    cells have one Y, hence one place in their cells: they are evenly spaced. So are those of a column. Correlated
+    multi-jittered samples (Kensler 2013) have this property too, and errors of smooth integrands in x and y cancel by
+    it. `crossed_scramble` in `scrambles` keeps it; Owen's scrambling does not.
+
+    References
+    ----------
+    J. Matoušek, "On the L2-discrepancy for anchored boxes", Journal of Complexity 14 (1998).
+    A. Kensler, "Correlated multi-jittered sampling", Pixar Technical Memo 13-01 (2013).
+    """
+    changed = columns.copy()
+    own, other = upper_digits(bits)
+    for first in range(0, len(columns), 2):
+        x, y = _matrix(columns[first]), _matrix(columns[first + 1])
+        cell = np.concatenate([x[:own, :bits], y[:other, :bits]])
+        inverse = _inverse(cell)
+        if inverse is not None:
+            changed[first] = _columns(_without(x, own, bits, inverse[:, :own]))
+            changed[first + 1] = _columns(_without(y, other, bits, inverse[:, own:]))
+    return changed
+
+
+def _without(matrix: Bits, upper: int, bits: int, inverse: Bits) -> Bits:
+    """A generator matrix, the lower of its first digits without what its upper digits say of them."""
+    changed = matrix.copy()
+    share = matrix[upper:bits, :bits] @ inverse % 2
+    changed[upper:bits] ^= share @ matrix[:upper] % 2
+    return changed
+
+
+def _matrix(columns: Columns) -> Bits:
+    """Columns (32,) as a matrix (32, 32) of bits; row 0 is of the highest digit."""
+    return (columns[None] >> np.arange(BITS - 1, -1, -1, dtype=np.uint32)[:, None] & 1).astype(np.uint8)
+
+
+def _columns(matrix: Bits) -> Columns:
+    """The inverse of `_matrix`."""
+    return np.bitwise_or.reduce(matrix.astype(np.uint32) << np.arange(BITS - 1, -1, -1, dtype=np.uint32)[:, None], 0)
+
+
+def _inverse(matrix: Bits) -> Bits | None:
+    """The inverse over GF(2), by Gauss and Jordan; None if there is none."""
+    size = len(matrix)
+    both = np.concatenate([matrix, np.eye(size, dtype=np.uint8)], 1)
+    for k in range(size):
+        pivots = np.flatnonzero(both[k:, k])
+        if not pivots.size:
+            return None
+        both[[k, k + pivots[0]]] = both[[k + pivots[0], k]]
+        others = np.flatnonzero(both[:, k])
+        both[others[others != k]] ^= both[k]
+    return both[:, size:]
 
 
 def _pascal(a: int) -> Columns:
@@ -136,16 +202,6 @@ def _pascal(a: int) -> Columns:
                     columns[2 * j + bit] |= np.uint32(mapped << BITS - 2 - 2 * i)
             power = _PRODUCTS[power][a]
     return columns
-
-
-def _index_map(number: int) -> list[int]:
-    """Columns of the binary matrix by which quad `number` maps indices: unit upper triangular, random above.
-
-    A bit depends on itself and higher ones, so that aligned blocks of 2^m indices stay together. The entries are the
-    same in every version of NumPy, whose seed sequences are fixed.
-    """
-    words = np.random.SeedSequence(number).generate_state(BITS)
-    return [int(word) & (1 << k) - 1 | 1 << k for k, word in enumerate(words)]
 
 
 def _reversed_bits(x: Columns) -> Columns:

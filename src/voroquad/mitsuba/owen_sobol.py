@@ -10,9 +10,9 @@ import mitsuba as mi
 
 from .._support.checks import one_of, positive_int
 from .accumulation import quotient
-from .generators import BITS, DIMENSIONS, KINDS, NIBBLE, nibble_tables
+from .generators import BITS, JOINT, KINDS, NIBBLE, nibble_tables, upper_digits
 from .properties import read_property
-from .scrambles import MORTON_BITS, combine, morton, nested_scramble, nested_shuffle, nested_shuffle_of_fours
+from .scrambles import MORTON_BITS, combine, crossed_scramble, morton, nested_shuffle, nested_shuffle_of_fours
 
 #: The generators that "auto" stands for
 DEFAULT_GENERATORS = "sz"
@@ -62,8 +62,8 @@ class OwenSobol(mi.Sampler):
          pixels near each other cancel to the eye. ``none``: each pixel has a scramble of its own. (Default: ``morton``)
      * - generators
        - |string|
-       - ``joe-kuo``, Sobol' sequences; ``sz``, quads of coordinates over the field of four elements; ``auto``, what
-         this version recommends: ``sz``. (Default: ``auto``)
+       - ``joe-kuo``, Sobol' sequences; ``sz``, quads of coordinates over the field of four elements, each with the
+         points in another order; ``auto``, what this version recommends: ``sz``. (Default: ``auto``)
      * - seed
        - |int|
        - Changes all numbers, as the seed of a render does. (Default: 0)
@@ -72,12 +72,18 @@ class OwenSobol(mi.Sampler):
     -----
     With n samples per pixel and m = ⌈log2 n⌉, sample s of the pixel with Morton code z has the index 2^m π(z) + s in
     the sequence. π permutes the base-4 digits of z, each by one of 24 permutations that a hash of the digits above it
-    picks (Ahmed and Wonka 2020). Coordinate d of all pixels goes through Owen's nested scrambling with one key, a hash
-    of d and the seed. So each pixel has a scrambled net, and the pixels of an aligned square of 2^k by 2^k have one net
-    of 4^k times as many points together.
+    picks (Ahmed and Wonka 2020). Coordinate d of all pixels goes through a nested scrambling with one key, a hash of d
+    and the seed. So each pixel has a scrambled net, and the pixels of an aligned square of 2^k by 2^k have one net of
+    4^k times as many points together.
+
+    Owen's scrambling shifts each point within its elementary interval at random. Here the lower half of the first m
+    digits of a coordinate depends on the upper half of its partner alone (`generators.crossed`,
+    `scrambles.crossed_scramble`): the points of a pixel are evenly spaced in each row and each column of a grid. That
+    is a nested scrambling as well: nets stay nets, and each point is uniform.
 
     An index has 32 bits. Where the Morton code needs more than are left, the image falls into square blocks that have
-    scrambles of their own. Coordinates from number 256 on repeat the first ones with the indices in another order.
+    scrambles of their own. Coordinates from number 256 on (``sz``: 4) repeat the first ones with the indices in another
+    order, by a random shuffle that keeps aligned blocks together. Two coordinates that are drawn at once are a pair.
 
     References
     ----------
@@ -110,7 +116,9 @@ class OwenSobol(mi.Sampler):
         self._seed = mi.UInt32(0)
         self._picked: mi.UInt32 | None = None  # pixels of the wavefront; None: those of the window
         self._start = self._begun = 0  # samples of each pixel before those of the first wavefront, and of this one
+        self._kind = DEFAULT_GENERATORS if self.generators == "auto" else self.generators
         self._tables: mi.UInt32 | None = None  # until it is seeded
+        self._crossed = self._set_bits = 0  # samples whose pairs are crossed; 0: those of a pixel; and their bits
         self.dimension = mi.UInt32(0)
 
     # ------------------------------------------------------------------ what renderers set
@@ -144,6 +152,10 @@ class OwenSobol(mi.Sampler):
         """
         self._window, self.order = Window(), "none"
         self._picked, self._start = pixels, start
+
+    def cross(self, samples: int) -> None:
+        """Have the points of each so many samples of a pixel evenly spaced in rows and columns, not of all together."""
+        self._crossed = samples
 
     def set_sample_count(self, sample_count: int) -> None:
         """Set the samples per pixel."""
@@ -185,9 +197,6 @@ class OwenSobol(mi.Sampler):
         dr.make_opaque(seed)
         self._seed = combine(seed, mi.UInt32(self._own_seed & 0xFFFFFFFF))
         self._begun = self._start
-        if self._tables is None:
-            kind = DEFAULT_GENERATORS if self.generators == "auto" else self.generators
-            self._tables = mi.UInt32(nibble_tables(kind))
         self._begin()
 
     def advance(self) -> None:
@@ -207,6 +216,9 @@ class OwenSobol(mi.Sampler):
         """Set index and key of each sample of the wavefront."""
         per_pixel = self._per_pixel()
         bits = (max(self.sample_count(), per_pixel) - 1).bit_length()
+        set_bits = (self._crossed - 1).bit_length() if self._crossed else bits
+        if self._tables is None or set_bits != self._set_bits:
+            self._tables, self._set_bits = mi.UInt32(nibble_tables(self._kind, set_bits)), set_bits
         lane = dr.arange(mi.UInt32, self.wavefront_size())
         pixel = quotient(lane, per_pixel)
         number = lane - pixel * dr.opaque(mi.UInt32, per_pixel) + dr.opaque(mi.UInt32, self._begun % 2**bits)
@@ -248,21 +260,27 @@ class OwenSobol(mi.Sampler):
         return mi.Point2f(self._coordinates(2))
 
     def _coordinates(self, count: int) -> list[mi.Float]:
-        first, self.dimension = self.dimension, self.dimension + count
-        return [self._coordinate(first + k) for k in range(count)]
+        """The next coordinates; two at once are a pair, whose first one has an even number."""
+        first = self.dimension + (self.dimension & 1) if count == 2 else self.dimension
+        self.dimension = first + count
+        index = self._index_in(first // JOINT[self._kind])
+        return [self._coordinate(first + k, index) for k in range(count)]
 
-    def _coordinate(self, dimension: mi.UInt32) -> mi.Float:
-        """A coordinate of the points of the sequence, scrambled."""
-        group, joint = dimension // DIMENSIONS, dimension % DIMENSIONS
-        # Later groups take the points in another order
+    def _index_in(self, group: mi.UInt32) -> mi.UInt32:
+        """The indices of the samples for a group of coordinates: each but the first takes them in another order."""
         shuffled = nested_shuffle(self._index, combine(group, self._key ^ _OF_GROUP))
-        index = dr.select(group == 0, self._index, shuffled)
+        return dr.select(group == 0, self._index, shuffled)
+
+    def _coordinate(self, dimension: mi.UInt32, index: mi.UInt32) -> mi.Float:
+        """A coordinate of points of the sequence, scrambled."""
         digits = mi.UInt32(0)
-        first = joint * (BITS // NIBBLE << NIBBLE)
+        first = dimension % JOINT[self._kind] * (BITS // NIBBLE << NIBBLE)
         for place in range(-(-self._bits // NIBBLE)):
             entry = first + ((index >> NIBBLE * place) & ((1 << NIBBLE) - 1)) + (place << NIBBLE)
             digits ^= dr.gather(mi.UInt32, self._tables, entry)
-        return _unit(dr.brev(nested_scramble(digits, combine(dimension, self._key))))
+        upper, other = upper_digits(self._set_bits)
+        upper -= (dimension & 1) * (upper - other)
+        return _unit(dr.brev(crossed_scramble(digits, combine(dimension, self._key), upper, self._set_bits)))
 
     # ------------------------------------------------------------------ Mitsuba's bookkeeping
 

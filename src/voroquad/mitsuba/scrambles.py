@@ -11,6 +11,8 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from .generators import BITS
+
 #: Bits of a coordinate of a pixel, at most, of which a Morton code of 32 bits is made
 MORTON_BITS = 16
 _GOLDEN = 0x9E3779B9
@@ -39,6 +41,18 @@ def nested_scramble(reversed_bits: mi.UInt32, key: mi.UInt32) -> mi.UInt32:
     x = (x + key) * ((key >> 16) | 1)
     x = x ^ x * 0x05526C56
     return x ^ x * 0x53A22864
+
+
+def crossed_scramble(reversed_bits: mi.UInt32, key: mi.UInt32, upper: mi.UInt32, bits: int) -> mi.UInt32:
+    """A nested scrambling of numbers whose bits are in reverse order, in which upper digits leave lower ones alone.
+
+    The digits after the first `upper` ones and up to `bits` depend on each other only: those of two points that are
+    the same stay the same. All other digits depend on all that are higher, as in `nested_scramble`.
+    """
+    scrambled = nested_scramble(reversed_bits, key)
+    lower = nested_scramble(reversed_bits >> upper, finalise(key)) << upper
+    kept = (mi.UInt32(1) << upper) - 1 | mi.UInt32((1 << BITS) - (1 << bits))
+    return (scrambled & kept) | (lower & ~kept)
 
 
 def nested_shuffle(index: mi.UInt32, key: mi.UInt32) -> mi.UInt32:
