@@ -33,7 +33,7 @@ def test_operators_take_it_by_name(unit):
 
 def test_wrong_positions_and_options_are_named():
     weigh = mrinufft.get_density("voroquad")
-    with pytest.raises(ValueError, match="unit of the samples cannot be told: coordinates up to 10 reach neither"):
+    with pytest.raises(ValueError, match="unit of the samples cannot be inferred: coordinates up to 10 reach neither"):
         weigh(spokes() * 20, (16, 16))
     with pytest.raises(ValueError, match="unknown rim"):
         weigh(spokes(), (16, 16), rim="disc")

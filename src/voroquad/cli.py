@@ -48,7 +48,7 @@ def _order(text: str) -> int | str:
         return text
 
 
-Order = Annotated[int | None, typer.Option(help="Order of the weights; by default 0, above two dimensions 1.")]
+Order = Annotated[int | None, typer.Option(help="Order of the weights; default: 0 in one and two dimensions, 1 above.")]
 AnyOrder = Annotated[
     Any, typer.Option(parser=_order, metavar="ORDER", help="Order of the rule, a number, kriging or auto.")
 ]
@@ -69,22 +69,24 @@ def voroquad(
         bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
-    """Random samples into good quadrature: each sample weighted with the piece of the domain it stands for."""
+    """Turn random samples into accurate quadrature by weighting each with the piece of the domain it represents."""
 
 
 @app.command()
 def weights(
-    points: Annotated[Path, typer.Argument(help="CSV file: a point per line.")],
+    points: Annotated[Path, typer.Argument(help="CSV file with a point in each line.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="CSV file for the points and their weights.")],
     order: AnyOrder = 0,
     debias: Debias = "none",
-    design: Annotated[str | None, typer.Option(help="How the points were drawn, where the rule must know.")] = None,
+    design: Annotated[
+        str | None, typer.Option(help="Sampler by which the points were drawn, which unbiased rules need.")
+    ] = None,
     bounds: Annotated[
         str | None, typer.Option(help="Sides lower:upper of the box, such as 0:4,0:1; by default the unit box.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Weigh the points of a CSV file."""
+    """Compute weights for the points of a CSV file."""
     from .integrals.expression import parse_bounds
     from .integrals.pointfiles import weigh_file
 
@@ -112,10 +114,10 @@ class FormulaCommand(TyperCommand):
 
 Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")]
 Scheduler = Annotated[str | None, typer.Option(help="Compute on a Dask cluster: tcp://HOST:PORT or tls://HOST:PORT.")]
-Workers = Annotated[int | None, typer.Option(help="Compute on so many processes of this machine.")]
+Workers = Annotated[int | None, typer.Option(help="Compute on this number of processes of this machine.")]
 Store = Annotated[
     str | None,
-    typer.Option(help="Keep finished units here, as any path of fsspec; default: OUTPUT.units until all is done."),
+    typer.Option(help="Where to keep finished units: any path of fsspec; default: OUTPUT.units, until all are done."),
 ]
 
 
@@ -126,17 +128,19 @@ def integrate(
     n_points: Annotated[int, typer.Option("-n", "--n-points", help="Largest number of evaluations.")] = 1024,
     method: Annotated[str, typer.Option(help="kriging, local, pilot, polynomials, plain or auto.")] = "auto",
     order: AnyOrder = "auto",
-    rtol: Annotated[float | None, typer.Option(help="Refine until half the interval is so small beside |I|.")] = None,
-    atol: Annotated[float | None, typer.Option(help="Refine until half the interval is so small.")] = None,
-    max_evaluations: Annotated[int, typer.Option(help="At most, where --rtol or --atol refine.")] = 1_000_000,
-    batch: Annotated[int | None, typer.Option(help="The most points that the formula gets at once.")] = None,
-    level: Annotated[float, typer.Option(help="Of the confidence interval.")] = 0.95,
+    rtol: Annotated[float | None, typer.Option(help="Refine until half the interval is at most RTOL * |I|.")] = None,
+    atol: Annotated[float | None, typer.Option(help="Refine until half the interval is at most ATOL.")] = None,
+    max_evaluations: Annotated[
+        int, typer.Option(help="Largest number of evaluations with --rtol or --atol.")
+    ] = 1_000_000,
+    batch: Annotated[int | None, typer.Option(help="Largest number of points that the formula gets at once.")] = None,
+    level: Annotated[float, typer.Option(help="Level of the confidence interval.")] = 0.95,
     seed: Annotated[int | None, typer.Option(min=0, help="Seed of all random numbers.")] = None,
     progress: Annotated[bool, typer.Option("--progress", help="Show a bar on standard error.")] = False,
     scheduler: Scheduler = None,
     workers: Workers = None,
     store: Annotated[
-        str | None, typer.Option(help="Keep evaluations here, as any path of fsspec; needs --seed.")
+        str | None, typer.Option(help="Where to keep evaluations: any path of fsspec; needs --seed.")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -192,24 +196,26 @@ def study(
         str, typer.Option(help="talk: the talk's study; genz: vq.quad and its peers; coverage: its error bars.")
     ] = "talk",
     replicates: Annotated[
-        int | None, typer.Option(help="Sample sets: 1000, twice as many up to N = 512; genz: 50; coverage: 200.")
+        int | None, typer.Option(help="Sample sets; default: 1000, or 2000 up to N = 512; genz: 50; coverage: 200.")
     ] = None,
     max_n: Annotated[
         int | None,
-        typer.Option(help="Largest number of samples: 4096, from 32 up; genz: 2048, from 128 up; coverage: 1024."),
+        typer.Option(
+            help="Largest number of samples; default: 4096, at least 32; genz: 2048, at least 128; coverage: 1024."
+        ),
     ] = None,
-    dimensions: Annotated[str | None, typer.Option(help="Of genz and coverage, such as 1,2,3.")] = None,
+    dimensions: Annotated[str | None, typer.Option(help="Dimensions of genz and coverage, such as 1,2,3.")] = None,
     peers: Annotated[
-        str | None, typer.Option(help="Of genz, such as qmc_quad,vegas; default: those installed.")
+        str | None, typer.Option(help="Peers of genz, such as qmc_quad,vegas; default: all that are installed.")
     ] = None,
-    instances: Annotated[int | None, typer.Option(help="Members of each of the families of genz: 5.")] = None,
+    instances: Annotated[int | None, typer.Option(help="Members of each family of genz; default: 5.")] = None,
     seed: Seed = 0,
     scheduler: Scheduler = None,
     workers: Workers = None,
     store: Store = None,
     as_json: AsJson = False,
 ) -> None:
-    """Run a numerical study: figures, numbers as CSV."""
+    """Run a numerical study that writes figures, CSV files and a report."""
     from ._support.checks import whole_numbers
     from .report.page import write_report
     from .study import suites
@@ -235,12 +241,12 @@ def study(
 
 @app.command()
 def report(
-    folders: Annotated[list[Path], typer.Argument(help="Folders that study or compare made.")],
+    folders: Annotated[list[Path], typer.Argument(help="Folders written by study or compare.")],
     output: Annotated[
         Path | None, typer.Option("-o", "--output", help="HTML file; by default index.html in the folder.")
     ] = None,
 ) -> None:
-    """Show results as one self-contained HTML page."""
+    """Write results as one self-contained HTML page."""
     from .report.page import write_report
 
     print(write_report(folders, output))
@@ -248,7 +254,7 @@ def report(
 
 @app.command()
 def demo(output: Output = Path("out"), seed: Seed = 0) -> None:
-    """Run everything at a small size and write OUTPUT/index.html."""
+    """Run a small study and comparison, and write OUTPUT/index.html."""
     from .demo import run_demo
 
     print(run_demo(output, seed=seed))
@@ -256,7 +262,7 @@ def demo(output: Output = Path("out"), seed: Seed = 0) -> None:
 
 @app.command()
 def explore() -> None:
-    """Play with samples, cells and weights in a browser: prints the address of a page on this machine."""
+    """Explore samples, cells and weights in a browser; prints the address of a page on this machine."""
     from .explore.server import serve
 
     serve()
@@ -265,7 +271,7 @@ def explore() -> None:
 @app.command()
 def table(
     design: Annotated[str, typer.Argument(help="Sampler of the sets: uniform, stratified, sobol, ...")],
-    n: Annotated[int, typer.Option("-n", help="Samples of a set.")],
+    n: Annotated[int, typer.Option("-n", help="Number of samples in a set.")],
     sets: Annotated[int, typer.Option(help="Number of sets.")],
     output: Annotated[Path, typer.Option("-o", "--output", help="File to write (.npz).")],
     d: Annotated[int, typer.Option("-d", help="Dimension.")] = 2,
@@ -288,16 +294,17 @@ Scene = Annotated[str, typer.Argument(help="Mitsuba XML file, or a built-in scen
 Domain = Annotated[
     str,
     typer.Option(
-        help="What the sets sample: lens, time, wavelength, light, pixel, several as pixel+time; auto: what there is."
+        help="What the sets sample: lens, time, wavelength, light, pixel, or several, such as pixel+time; auto: "
+        "what the scene has."
     ),
 ]
 Size = Annotated[str | None, typer.Option(help="Width and height of the image, such as 320x240.")]
-Jitter = Annotated[bool, typer.Option(help="Sample the pixel's area, or its centre.")]
+Jitter = Annotated[bool, typer.Option(help="Sample the area of the pixel, or only its centre.")]
 Parameters = Annotated[
     list[str] | None,
-    typer.Option("-D", metavar="NAME=VALUE", help="Value of a parameter $NAME of the scene; may be given repeatedly."),
+    typer.Option("-D", metavar="NAME=VALUE", help="Value of a parameter $NAME of the scene; can be repeated."),
 ]
-Sensor = Annotated[int, typer.Option(help="Number of the scene's sensor, from 0.")]
+Sensor = Annotated[int, typer.Option(help="Index of the scene's sensor, from 0.")]
 Variant = Annotated[
     str | None, typer.Option(help="Mitsuba's variant; default: llvm_ad_rgb, or llvm_ad_spectral for wavelengths.")
 ]
@@ -319,25 +326,30 @@ def render(
     ] = "auto",
     order: Order = None,
     debias: Debias = "auto",
-    weighted: Annotated[bool, typer.Option(help="Use the weights, or the same samples without.")] = True,
-    blend: Annotated[str, typer.Option(help="auto: per tile, as much of the weights as helps; off: all.")] = "auto",
+    weighted: Annotated[bool, typer.Option(help="Use the weights, or the same samples with equal weights.")] = True,
+    blend: Annotated[
+        str, typer.Option(help="auto: in each tile, use the weights as far as they help; off: use them fully.")
+    ] = "auto",
     jitter: Jitter = True,
     adaptive: Annotated[
-        str | None, typer.Option(help="absolute or relative: more samples where a pilot finds more error.")
+        str | None, typer.Option(help="absolute or relative: more samples where a pilot finds more error of that kind.")
     ] = None,
-    at_least: Annotated[int, typer.Option(help="Samples of the pilot, the fewest of a pixel.")] = 16,
-    at_most: Annotated[int, typer.Option(help="The most samples of a pixel; 0: four times those on average.")] = 0,
-    pixel_error: Annotated[float, typer.Option(help="No more samples where the error of a pixel is below.")] = 0.0,
+    at_least: Annotated[int, typer.Option(help="Samples per pixel of the pilot; the least number of a pixel.")] = 16,
+    at_most: Annotated[int, typer.Option(help="Largest number of samples of a pixel; 0: four times the average.")] = 0,
+    pixel_error: Annotated[
+        float, typer.Option(help="A pixel gets no more samples once its error is below this.")
+    ] = 0.0,
     size: Size = None,
     parameters: Parameters = None,
     sensor: Sensor = 0,
     variant: Variant = None,
     seed: Seed = 0,
-    per_round: Annotated[int | None, typer.Option("--round", help="Samples per pixel of a round.")] = None,
-    resume: Annotated[bool, typer.Option("--resume", help="Go on from OUTPUT.state.npz.")] = False,
+    per_round: Annotated[int | None, typer.Option("--round", help="Samples per pixel in a round.")] = None,
+    resume: Annotated[bool, typer.Option("--resume", help="Continue from OUTPUT.state.npz.")] = False,
     time: Annotated[str | None, typer.Option(help="Stop after this time, such as 60s, 5m or 2h.")] = None,
     target_error: Annotated[
-        float | None, typer.Option(help="Stop at this standard error of a pixel over the mean radiance.")
+        float | None,
+        typer.Option(help="Stop when the standard error of the pixels over the mean radiance is below this."),
     ] = None,
     view: Annotated[
         bool, typer.Option("--view", help="Show the image after each round on a page of this machine.")
@@ -378,10 +390,13 @@ def compare(
     spp: Annotated[str, typer.Option(help="Samples per pixel, separated by commas.")] = "16,64,256",
     methods: Annotated[
         str | None,
-        typer.Option(help="To compare with uniform, such as uniform-w,stratified-w; default: all there are."),
+        typer.Option(help="Methods to compare with uniform, such as uniform-w,stratified-w; default: all that apply."),
     ] = None,
     auto: Annotated[
-        bool, typer.Option("--auto", help="What render chooses from, and which of it a pilot takes.")
+        bool,
+        typer.Option(
+            "--auto", help="Compare the settings from which render chooses, and show which one its pilot takes."
+        ),
     ] = False,
     jitter: Jitter = False,
     size: Size = None,
@@ -389,7 +404,9 @@ def compare(
     sensor: Sensor = 0,
     variant: Variant = None,
     seed: Seed = 0,
-    seeds: Annotated[int, typer.Option(help="Images of each method and spp, to average the errors over.")] = 1,
+    seeds: Annotated[
+        int, typer.Option(help="Number of images of each method and spp, over which errors are averaged.")
+    ] = 1,
     scheduler: Scheduler = None,
     workers: Workers = None,
     store: Store = None,

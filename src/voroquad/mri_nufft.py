@@ -77,8 +77,8 @@ def _units_of(samples: ArrayLike) -> str:
         if largest <= border * (1 + ROUNDING) and reach >= border * (1 - SHORT_OF_BORDER):
             return units
     raise ValueError(
-        f"the unit of the samples cannot be told: coordinates up to {largest:.4g} reach neither 1/2 (cycles per voxel) "
-        "nor π (radians per voxel, as mri-nufft's operators hand them on); name it, for operators as "
+        f"the unit of the samples cannot be inferred: coordinates up to {largest:.4g} reach neither 1/2 (cycles per "
+        "voxel) nor π (radians per voxel, as mri-nufft's operators hand them on); name it, for operators as "
         "density={'name': 'voroquad', 'units': 'radians/voxel'}"
     )
 

@@ -47,7 +47,7 @@ def test_units_of_another_run_are_refused(tmp_path):
 
 def test_a_folder_of_something_else_is_refused(tmp_path):
     (tmp_path / "zarr.json").write_text("{}")
-    with pytest.raises(ValueError, match="holds something else than finished units"):
+    with pytest.raises(ValueError, match="holds something other than finished units"):
         begun(tmp_path)
 
 

@@ -169,7 +169,7 @@ def test_scipy_engines():
             r"the class, sampler=qmc.Halton, .* functools.partial\(qmc.Halton",
         ),
         (lambda: vq.sample(partial(qmc.Sobol, scramble=False), n=4, d=2, sets=3), "two of 3 sets have the same points"),
-        (lambda: largest_size("orthogonal", 10, 5), "at least n = 16 samples in d = 5, and a set may have 10 only"),
+        (lambda: largest_size("orthogonal", 10, 5), "at least n = 16 samples in d = 5, but a set may have at most 10"),
         (lambda: vq.sample(qmc.PoissonDisk(2, radius=0.3, rng=1), n=100), "made 1?[0-9] points of the n = 100"),
         (lambda: vq.sample("uniform", n=4, rng=-1), "a seed must be at least 0"),
         (lambda: vq.SampleSet(np.full((4, 1), 0.5), "stratified"), "needs the strata"),

@@ -107,7 +107,7 @@ def test_the_triangulation_has_circumcentres_inside():
         ([(0, 0, 0), (1, 0, 0)], r"domain has vertices of shape \(2, 3\), the points need \(k, 2\)"),
         ((np.eye(2), np.ones(2)), r"domain=\(A, b\) is not bounded"),
         (([[1, 0], [-1, 0]], [1, 1]), r"domain=\(A, b\) is not bounded"),
-        ((np.concatenate([np.eye(2), -np.eye(2)]), -np.ones(4)), r"domain=\(A, b\) has no inside"),
+        ((np.concatenate([np.eye(2), -np.eye(2)]), -np.ones(4)), r"domain=\(A, b\) is empty"),
         (([[1, 0], [0, 0]], [1, 1]), "needs a finite normal"),
         ((np.eye(3), np.ones(3)), r"has shapes \(3, 3\) and \(3,\)"),
         ([(0, 0), (0.1, 0), (0, 0.1)], r"points\[0\] = \[0.2, 0.2\] is not inside"),

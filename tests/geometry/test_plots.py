@@ -69,7 +69,7 @@ def test_in_space_faces_are_shaded_and_apart():
     [
         (lambda: vq.cells([[0.5, 0.5]]).plot([1, 2]), r"values has shape \(2,\); give one for each of the points"),
         (lambda: vq.cells(np.full((2, 1, 2), 0.5)).plot(), "plot needs one set of points"),
-        (lambda: vq.cells([[0.5, 0.5]], domain="ball").plot(), "cells in a ball have measures, no outlines"),
+        (lambda: vq.cells([[0.5, 0.5]], domain="ball").plot(), "cells in a ball have measures but no outlines"),
         (lambda: vq.cells([[0.5] * 3]).plot(ax=plt.figure().add_subplot()), "need an ax with projection='3d'"),
         (lambda: vq.cells([0.5]).plot(ax=plt.figure().add_subplot(projection="3d")), "need an ax without"),
     ],

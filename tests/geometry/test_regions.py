@@ -120,7 +120,7 @@ def test_refuses(domain, message):
 
 @pytest.mark.parametrize("what", ["polygons", "neighbours", "triangulation", "polygon_arrays"])
 def test_refuses_what_pieces_have_not(what):
-    with pytest.raises(ValueError, match="cells in a polygon may come in pieces, and have no"):
+    with pytest.raises(ValueError, match="cells in a polygon may consist of several pieces and have no"):
         getattr(vq.cells([[0.1, 0.1]], domain=BAY), what)()
 
 

@@ -66,6 +66,6 @@ def test_refuses_the_line():
 @pytest.mark.parametrize("what", ["centroids", "polygons", "neighbours", "triangulation"])
 def test_refuses_what_curved_cells_have_not(what):
     cells = vq.cells([[0.5, 0.5]], domain="ball")
-    with pytest.raises(ValueError, match="cells in a ball have measures, no"):
+    with pytest.raises(ValueError, match="cells in a ball have measures but no"):
         found = getattr(cells, what)
         found()

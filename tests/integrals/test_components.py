@@ -147,7 +147,7 @@ def test_a_denominator_that_may_be_0_is_told():
         (lambda r: r.ratio(0, "norm"), "j = 'norm' is no component"),
         (lambda r: r.linear([1, 2]), r"c must be of the integral's shape or structure \(\(3,\)\); got shape \(2,\)"),
         (lambda r: r.linear({"a": 1}), "c must be of the integral's shape or structure"),
-        (lambda r: vq.QuadResult(1.0, 0.1, 9).covariance, "does not tell how the errors"),
+        (lambda r: vq.QuadResult(1.0, 0.1, 9).covariance, "covariances of this result are not known"),
     ],
 )
 def test_components_that_do_not_exist_are_named(make, message):

@@ -259,7 +259,7 @@ def integral_by_nets(f, region):
             "simplices must be numbers from 0 to 2, got 0 to 3",
         ),
         (lambda: vq.Polytope([[0, 0], [1, 1], [2, 0]], [[0, 1]]), r"simplices must be whole numbers \(k, 3\)"),
-        (lambda: vq.quad(np.sum, vq.Ball(), 1), "b: a Ball is all of the domain, so leave out b, got 1"),
+        (lambda: vq.quad(np.sum, vq.Ball(), 1), "b: a Ball is the whole domain; leave b out, got 1"),
         (lambda: vq.quad(np.sum, 0), "a and b: give both limits"),
         (lambda: vq.quad(np.sum, vq.Ball(), order=9), "order"),
     ],

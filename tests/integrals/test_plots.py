@@ -38,7 +38,7 @@ def test_a_fixed_number_of_points_is_one_trial():
     assert trial.n_evaluations == 64
     np.testing.assert_array_equal(trial.integral, result.integral)
     assert len(result.plot().lines) == 4
-    with pytest.raises(ValueError, match="made of others"):
+    with pytest.raises(ValueError, match="computed from other results"):
         result.ratio(0, 1).plot()
 
 
@@ -51,5 +51,5 @@ def test_the_rule_is_shown_in_shares():
     bars = result.plot_rule().patches
     for component in (0, 1):
         assert sum(bar.get_width() for bar in bars if round(bar.get_y() + 0.4) == component) == pytest.approx(1)
-    with pytest.raises(ValueError, match="does not know its rule"):
+    with pytest.raises(ValueError, match="rule of this result is not known"):
         result.ratio(0, 1).plot_rule()

@@ -393,7 +393,7 @@ def test_tells_what_to_write_in_place_of_scipys_arguments(name, message):
         ({"a": [0, 0], "b": [1e200, 1e200]}, "a and b: the box is too large"),
         ({"rng": -1}, "rng: a seed must be at least 0, got -1"),
         ({"sampler": qmc.Sobol(1)}, r"pass the class, sampler=qmc.Sobol, or with options functools.partial"),
-        ({"sampler": "orthogonal", "n_points": 8}, "at least n = 4 samples in d = 1, .* 2 only; raise n_points"),
+        ({"sampler": "orthogonal", "n_points": 8}, "at least n = 4 samples in d = 1, .* at most 2; raise n_points"),
     ],
 )
 def test_bad_arguments_are_named(arguments, message):

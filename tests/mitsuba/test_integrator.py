@@ -392,7 +392,7 @@ DIRECT = {"type": "direct"}
         ({"a": DIRECT, "debias": "exchange"}, "no rule"),
         ({"a": DIRECT, "sampler": "scene", "order": 1}, "sampler='scene', got order=1, debias='auto'; take order=0"),
         ({"a": DIRECT, "sampler": "scene"}, "sampler='scene', got order=0, debias='auto'; take order=0 with debias='n"),
-        ({"a": DIRECT, "sampler": "sobol"}, "no weights without bias are known for single sets of sampler='sobol'"),
+        ({"a": DIRECT, "sampler": "sobol"}, "no unbiased weights are known for single sets of sampler='sobol'"),
         ({"a": DIRECT, "order": "high"}, "order must be a whole number"),
         ({"a": DIRECT, "order": 9}, "order must be a whole number from 0 to 8, got 9"),
         ({"a": DIRECT, "weighted": False, "order": -1}, "order must be a whole number from 0 to 8, got -1"),
@@ -409,7 +409,7 @@ DIRECT = {"type": "direct"}
         ({"a": DIRECT, "table_seed": -1}, "table_seed must be"),
         ({"a": DIRECT, "table": "/nowhere.npz"}, "no table='/nowhere.npz'; make it"),
         ({"a": DIRECT, "table": ""}, "table names no file"),
-        ({"a": DIRECT, "table": "/nowhere.npz", "order": 0}, "settles order"),
+        ({"a": DIRECT, "table": "/nowhere.npz", "order": 0}, "determines order"),
     ],
 )
 def test_bad_properties(properties, message):

@@ -40,7 +40,7 @@ def test_default_rules(domain, sampler, order, debias, periodic):
 
 @pytest.mark.parametrize("sampler", ["regular", "sobol", "halton", "zero-two", "orthogonal", "scene"])
 def test_what_is_biased_must_be_named(sampler):
-    with pytest.raises(ValueError, match=r"no weights without bias are known .*debias='none'.*weighted=false"):
+    with pytest.raises(ValueError, match=r"no unbiased weights are known .*debias='none'.*weighted=false"):
         settings("lens", sampler=sampler)
     assert settings("lens", sampler=sampler, debias="none").order == 0
     settings("lens", sampler=sampler, weighted=False)

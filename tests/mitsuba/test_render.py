@@ -57,7 +57,7 @@ def test_a_sampler_that_rounds_is_refused_before_rendering(ball, tmp_path):
     scene = tmp_path / "scene.xml"
     sampler = '<sampler type="orthogonal"/> <film'
     scene.write_text(ball.read_text(encoding="utf-8").replace("<film", sampler), encoding="utf-8")
-    with pytest.raises(ValueError, match="sampler makes 25 samples per pixel where 16 are asked for; take 25"):
+    with pytest.raises(ValueError, match="sampler draws 25 samples per pixel, not the 16 that were requested; take 25"):
         renderer.render(scene, tmp_path / "o.exr", spp=48, size=(32, 24), **ROUNDS | {"sampler": "uniform"})
     command = [
         "compare",

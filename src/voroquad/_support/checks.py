@@ -45,7 +45,7 @@ def refuse_masks(name: str, values: Any) -> None:
     if _is_masked(values):
         raise ValueError(
             f"{name} must not be masked; drop the masked rows, as numpy.ma.compress_rows does, "
-            "or say what counts there, as numpy.ma.filled does"
+            "or fill the masked entries, as numpy.ma.filled does"
         )
 
 

@@ -247,7 +247,9 @@ class OnDask:
             raise ConnectionError(self._resumable(f"the scheduler {self._address} is gone")) from None
         except KilledWorker as error:
             raise ChildProcessError(
-                self._resumable(f"unit {error.task} ended {error.allowed_failures + 1} workers, for want of memory?")
+                self._resumable(
+                    f"unit {error.task} ended {error.allowed_failures + 1} workers, perhaps for lack of memory"
+                )
             ) from None
         except OSError as error:
             if error.errno != errno.ENOSPC or self.store is None:

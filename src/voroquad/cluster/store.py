@@ -70,7 +70,7 @@ class Store:
         except (OSError, KeyError, TypeError, ValueError):
             known = {}
         if "store" not in known:
-            raise ValueError(f"{self.url} holds something else than finished units; name another store")
+            raise ValueError(f"{self.url} holds something other than finished units; name another store")
         return known
 
     def open(self, series: Series) -> None:

@@ -43,7 +43,7 @@ def largest_size(n: int, d: int) -> int:
     root = next((q for q in range(math.isqrt(n), d - 2, -1) if prime_power(q)), None)
     if root is None:
         raise ValueError(
-            f"an orthogonal array has at least n = {least(d)} samples in d = {d}, and a set may have {n} only; "
+            f"an orthogonal array has at least n = {least(d)} samples in d = {d}, but a set may have at most {n}; "
             "raise n_points"
         )
     return root**2
@@ -61,7 +61,7 @@ def points(sets: int, n: int, d: int, rng: np.random.Generator) -> Array:
     if q * q != n or prime_power(q) is None:
         near = [next((k * k for k in ks if prime_power(k)), None) for ks in (range(q, 1, -1), itertools.count(q + 1))]
         raise ValueError(
-            f"n = {n} samples are no orthogonal array: the square of a prime, or of a power of one; "
+            f"n = {n} samples do not form an orthogonal array: n must be the square of a prime or prime power; "
             f"the nearest that are are n = {' and n = '.join(str(k) for k in near if k)}"
         )
     if d > q + 1:

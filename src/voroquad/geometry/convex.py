@@ -96,7 +96,7 @@ def from_half_spaces(normals: ArrayLike, offsets: ArrayLike, d: int) -> ConvexDo
     if widest.status == 3:
         raise ValueError("domain=(A, b) is not bounded; add half-spaces")
     if widest.x is None or widest.x[-1] <= 0:
-        raise ValueError("domain=(A, b) has no inside; check the signs: all x with A x <= b are meant")
+        raise ValueError("domain=(A, b) is empty; check the signs: the domain is all x with A x <= b")
     try:
         corners = HalfspaceIntersection(np.column_stack([a, -b]), widest.x[:-1]).intersections
     except QhullError:  # too few for a bounded domain

@@ -150,5 +150,5 @@ def _refuse_flat(positions: Array) -> None:
     if len(positions) > 1 and thickness[-1] <= ROUNDING * thickness[0] > 0:
         raise ValueError(
             "the trajectory lies in one plane or on a line of space; pass its two coordinates in the plane, "
-            "or say rim='ball', 'cylinder' or 'box' to weigh it as samples of space"
+            "or say rim='ball', 'cylinder' or 'box' to treat the samples as three-dimensional"
         )

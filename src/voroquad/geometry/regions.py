@@ -44,7 +44,7 @@ def region_of(domain: Any) -> Region:
         parts = given["features"] if given["type"] == "FeatureCollection" else [given]
         region = cast("Region", shapely.union_all([shape(part.get("geometry", part)) for part in parts]))
     if not region.is_valid:
-        raise ValueError(f"domain is not valid: {shapely.is_valid_reason(region)}; shapely.make_valid mends it")
+        raise ValueError(f"domain is not valid: {shapely.is_valid_reason(region)}; shapely.make_valid repairs it")
     if region.geom_type not in ("Polygon", "MultiPolygon") or region.area == 0:
         raise ValueError(f"domain is a {region.geom_type} of area {region.area:g}; give a polygon or a multipolygon")
     return region
@@ -53,7 +53,7 @@ def region_of(domain: Any) -> Region:
 class RegionCells(Cells):
     """What a polygon with holes holds of the cells of points in it.
 
-    Distances are straight, also across holes and bays: a cell may come in pieces.
+    Distances are Euclidean, also across holes and bays, so a cell may consist of several pieces.
     """
 
     def __init__(self, points: ArrayLike, region: Region, threads: int):
@@ -101,7 +101,7 @@ class RegionCells(Cells):
         return np.asarray(centroids)
 
     def polygon_arrays(self) -> Polygons:
-        """Refused: cells may come in pieces."""
+        """Raises ValueError, since cells may consist of several pieces."""
         self._refuse("polygons")
 
     def _outlines(self) -> Iterable[list[Array]]:
@@ -117,7 +117,7 @@ class RegionCells(Cells):
 
     def _refuse(self, what: str) -> NoReturn:
         raise ValueError(
-            f"cells in a polygon may come in pieces, and have no {what}; geometries() has them as Shapely's, and a "
+            f"cells in a polygon may consist of several pieces and have no {what}; use geometries(), or give a "
             "convex domain given by its vertices (k, 2) has all"
         )
 

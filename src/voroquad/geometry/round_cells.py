@@ -83,4 +83,6 @@ class RoundCells(Cells):
         self._refuse("neighbours")
 
     def _refuse(self, what: str) -> NoReturn:
-        raise ValueError(f"cells in a {self._shape} have measures, no {what}; leave out domain= for those in the box")
+        raise ValueError(
+            f"cells in a {self._shape} have measures but no {what}; leave out domain= for the cells of the box"
+        )

@@ -14,7 +14,7 @@ TEXTS = {
         "let it take (d, n) and return (n,)"
     ),
     "zero": (
-        "func is 0 at every point: whether it is 0 everywhere or its support was missed cannot be told; "
+        "func is 0 at every point: either it is 0 everywhere, or its support was missed; "
         "use more points, or limits close to where func differs from 0"
     ),
     "few-samples": (
@@ -22,11 +22,11 @@ TEXTS = {
         "use more points, or limits close to where func is large"
     ),
     "one-stratum": (
-        "a single stratum makes up most of the error: the integrand is not resolved there and the error is "
+        "a single stratum causes most of the error: the integrand is not resolved there and the error is "
         "uncertain; use more points or split the box there"
     ),
     "no-error": "a single set of points has no standard error; take n_points of at least 8",
-    "give-atol": "the integral is 0 within its error, and no rtol alone is met by 0; give atol as well",
+    "give-atol": "the integral is 0 within its error, so rtol alone cannot be met; give atol as well",
     "vague-denominator": (
         "the denominator of a ratio is 0 within a few of its errors, so the error of the ratio is not reliable; "
         "use more points"

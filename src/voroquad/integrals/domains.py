@@ -63,7 +63,7 @@ class Simplex:
         volume = math.sqrt(max(0.0, np.linalg.det(edges @ edges.T))) / math.factorial(k)
         sizes = np.linalg.norm(edges, axis=1)
         if not volume > 1e-15 * np.prod(sizes):
-            raise ValueError(f"vertices must span {k} dimensions, got {self.vertices.tolist()}; drop what is flat")
+            raise ValueError(f"vertices must span {k} dimensions, got {self.vertices.tolist()}; move or drop a vertex")
         self.volume = float(volume)
         self._edges, self._powers = edges, np.arange(k - 1, -1, -1.0)
 

@@ -131,7 +131,7 @@ class Estimator:
         drawn = sample(self.sampler, largest_size(self.sampler, n, d), d, sets=sets, rng=self.rng)
         if not design_of(drawn.design).randomised:
             raise ValueError(
-                "sampler: the error is read off independent sets of points, each uniform in the box, and those of "
+                "sampler: the error needs independent sets of points that are uniform in the box, and those of "
                 f"{drawn.design!r} are not; choose one of "
                 f"{', '.join(name for name, design in DESIGNS.items() if design.randomised)}, "
                 "or an engine that scrambles its points and does not optimise them"

@@ -216,7 +216,7 @@ def _translate(node: ast.expr, source: str, variables: dict[str, int], depth: in
     match node:
         case ast.Constant(value=int() | float() as number) if not isinstance(number, bool):
             if abs(number) > 1e300:
-                raise ValueError("expression: numbers must be at most 1e300 in size")
+                raise ValueError("expression: numbers must be at most 1e300 in absolute value")
             constant = float(number)
             return lambda x: constant
         case ast.Name(id=name) if name in variables:
@@ -266,7 +266,7 @@ def _check_power(node: ast.AST) -> None:
     """Refuse powers of powers and large constants as exponents."""
     for part in ast.walk(node):
         if isinstance(part, ast.Constant) and isinstance(part.value, int | float) and abs(part.value) > LARGEST_POWER:
-            raise ValueError(f"expression: exponents must be at most {LARGEST_POWER} in size")
+            raise ValueError(f"expression: exponents must be at most {LARGEST_POWER} in absolute value")
         if isinstance(part, ast.BinOp) and isinstance(part.op, ast.Pow):
             raise ValueError("expression: an exponent must not hold a power; write brackets: (a ** b) ** c")
 

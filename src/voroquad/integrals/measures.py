@@ -130,7 +130,7 @@ class ProductMeasure:
         x = _points_of("x", x, self.d)
         for a, t in enumerate(self.distributions):
             if not hasattr(t, "cdf"):
-                raise ValueError(f"distributions[{a}] = {t!r} lacks cdf, which points that exist already need")
+                raise ValueError(f"distributions[{a}] = {t!r} lacks cdf, which weights of given points need")
         low, high = self._inverse_cdf(np.repeat([[0.0], [1.0]], self.d, axis=1))
         outside = ~((x >= low) & (x <= high)).all(axis=-1)
         if outside.any():

@@ -17,7 +17,7 @@ def parts_of(a: Any, b: Any, measure: Any, loc: Any, scale: Any) -> tuple[list[P
     plain = Library.of(0, 1)
     if measure is not None:
         if a is not None or b is not None:
-            raise ValueError("give limits, a domain or a measure, not several of them: a measure has its own support")
+            raise ValueError("give only one of limits, a domain and a measure; a measure has its own support")
         if not isinstance(measure, ProductMeasure | PiecewiseUniform):
             raise ValueError(
                 f"measure must be a vq.ProductMeasure or a vq.PiecewiseUniform, got {type(measure).__name__}"
@@ -27,10 +27,10 @@ def parts_of(a: Any, b: Any, measure: Any, loc: Any, scale: Any) -> tuple[list[P
         if isinstance(a, ProductMeasure | PiecewiseUniform):
             raise ValueError(f"a is a {type(a).__name__}; write quad(func, measure=...)")
         if b is not None:
-            raise ValueError(f"b: a {type(a).__name__} is all of the domain, so leave out b, got {b!r}")
+            raise ValueError(f"b: a {type(a).__name__} is the whole domain; leave b out, got {b!r}")
         return _split(a), plain
     if a is None or b is None:
-        raise ValueError("a and b: give both limits, as quad(func, 0, 1) does, a domain or measure=")
+        raise ValueError("a and b: give both limits, as in quad(func, 0, 1), or a domain, or measure=")
     region, library = _box(a, b, loc, scale)
     return [Part(region, 1.0)], library
 

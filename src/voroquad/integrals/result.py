@@ -199,9 +199,7 @@ class QuadResult:
 
     def _linked(self) -> Components:
         if self._components is None:
-            raise ValueError(
-                'this result does not tell how the errors of its components are linked; take method="auto"'
-            )
+            raise ValueError('the covariances of this result are not known; use method="auto"')
         return self._components
 
     def _made(self, linked: Linked) -> QuadResult:
@@ -248,7 +246,7 @@ class QuadResult:
             Matplotlib is not installed; the extra ``study`` brings it.
         """
         if not self.trials:
-            raise ValueError("this result was made of others and has no sets to plot; plot theirs")
+            raise ValueError("this result was computed from other results and has no sets to plot; plot those")
         means, errors = (np.array([trial[k] for trial in self.trials]) for k in (1, 2))
         return draw_trials([trial.n_evaluations for trial in self.trials], means, errors, means[-1], ax)
 
@@ -268,12 +266,12 @@ class QuadResult:
         Raises
         ------
         ValueError
-            The result does not know its rule (:attr:`rule` is empty).
+            The rule of the result is not known (:attr:`rule` is empty).
         ImportError
             Matplotlib is not installed; the extra ``study`` brings it.
         """
         if isinstance(self.rule, str) and not self.rule:
-            raise ValueError('this result does not know its rule; there is nothing to plot. Take method="auto"')
+            raise ValueError('the rule of this result is not known, so it cannot be plotted; use method="auto"')
         return draw_rules(_texts(self.rule), ax)
 
     def _repr_html_(self) -> str:

@@ -88,7 +88,7 @@ def _try(pool: ProcessPoolExecutor, sent: bytes) -> None:
     except BrokenProcessPool:
         raise RuntimeError(
             "workers: the first process ended before it could load func; it imports the script that starts it, which "
-            f'must be a file that calls quad under if __name__ == "__main__": only; mend that, or {_THREADS}'
+            f'must be a file that calls quad under if __name__ == "__main__": only; change that, or {_THREADS}'
         ) from None
     except Exception as error:
         raise ValueError(f"func cannot be loaded by worker processes ({error}); {_REMEDY}") from None

@@ -93,7 +93,7 @@ class Reweighted(Plain):
          on disk for the next time. (Default: the seed of the render)
      * - table
        - |string|
-       - File of a table made by ``voroquad table``. It settles sampler, order, debias, samples, sets
+       - File of a table made by ``voroquad table``. It determines sampler, order, debias, samples, sets
          and table_seed, which must then be absent.
      * - aovs
        - |string|
@@ -225,7 +225,7 @@ class Reweighted(Plain):
         width, height = Footprint(sensor.film()).window
         if self.blend and width * height < FEWEST_PIXELS and rounds < FEWEST_ROUNDS:
             raise ValueError(
-                f"blend='auto' cannot choose its share by {width} × {height} pixels with {rounds} sets each, it needs "
+                f"blend='auto' cannot estimate λ from {width} × {height} pixels with {rounds} sets each, it needs "
                 f"{FEWEST_ROUNDS}; set samples to 1/{FEWEST_ROUNDS} of the samples per pixel or less (voroquad render: "
                 f"--round), blend to 'off' (the weights as they are), or weighted to false"
             )

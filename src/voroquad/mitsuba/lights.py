@@ -185,7 +185,7 @@ def _settings(nested: mi.Integrator) -> dict[str, int]:
         return {"max_depth": nested.max_depth, "rr_depth": nested.rr_depth}
     if name not in ("PathIntegrator", "DirectIntegrator"):
         raise ValueError(
-            f"domain 'light' cannot wrap {name}: its first emitter sample cannot be told from the rest; "
+            f"domain 'light' cannot wrap {name}: its first emitter sample cannot be distinguished from the others; "
             "nest 'path', 'direct' or 'prb'"
         )
     return {key: int(number) for key, number in re.findall(r"(\w+) = (\d+)", str(nested))}

@@ -106,7 +106,7 @@ class Plain(ADIntegrator):
         """Raise ValueError if the sampler makes another number of samples per pixel when asked for so many."""
         if (granted := self.granted(sensor, spp)) != spp:
             raise ValueError(
-                f"the scene's sampler makes {granted} samples per pixel where {spp} are asked for; "
+                f"the scene's sampler draws {granted} samples per pixel, not the {spp} that were requested; "
                 f"take {granted} (of a round, if there are several), or another sampler in the scene"
             )
 

@@ -112,14 +112,14 @@ def _rule(design: str, d: int, order: int, debias: str) -> str:
         if (order, debias) == (0, "none"):
             return debias
         raise ValueError(
-            f"no weights without bias are known for sampler='scene', got order={order}, debias={debias!r}; take "
+            f"no unbiased weights are known for sampler='scene', got order={order}, debias={debias!r}; take "
             "order=0 with debias='none' (cells, which are biased at borders), weighted=false, or a design such as "
             "'stratified'"
         )
     kind, methods = SetKind(design, 1, d), read_order(order)
     if debias == "auto" and not has_rule(kind, methods, debias):
         raise ValueError(
-            f"no weights without bias are known for single sets of sampler={design!r} with order={order}; take "
+            f"no unbiased weights are known for single sets of sampler={design!r} with order={order}; take "
             "debias='none' with order=0 (cells, which are biased at borders), weighted=false, or sampler='stratified'"
         )
     return find_rule(kind, methods, debias).debias
@@ -131,7 +131,7 @@ def table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:
         return None
     settled = [key for key in ("sampler", "order", "debias", "samples", "sets", "table_seed") if key in props]
     if settled:
-        raise ValueError(f"table={props['table']!r} settles {', '.join(settled)}; leave them out")
+        raise ValueError(f"table={props['table']!r} determines {', '.join(settled)}; leave them out")
     if not props["table"]:
         raise ValueError("table names no file; give one that 'voroquad table' made, or leave it out")
     try:

@@ -70,14 +70,16 @@ class ReweightedSlices(Reweighted):
         # A '.' is not allowed in the keys of load_dict
         self._tracks = {name.replace("/", "."): track for name, track in keyframes(props).items()}
         if single := next((name for name, track in self._tracks.items() if len(track.times) == 1), None):
-            raise ValueError(f"{single!r} has a value at one time only, and does not move; give it another time's too")
+            raise ValueError(f"{single!r} has a value at one time only; give its value at another time too")
         self.motion: dict[str, Course] = {}
         self._row = 0  # of the table, for the current slice
         super().__init__(props)
         if self.domain.name != "time":
-            raise ValueError(f"objects move in domain 'time', got domain {self.domain.name!r}; name that")
+            raise ValueError(f"moving objects need domain 'time', got {self.domain.name!r}; set domain to 'time'")
         if not self.tabled:
-            raise ValueError(f"objects move at the times of a table's sets, not of sampler {SCENE!r}; name another")
+            raise ValueError(
+                f"moving objects need the times of a table's sets; sampler {SCENE!r} has no table, so name another"
+            )
 
     def check(self, scene: mi.Scene, sensor: mi.Sensor) -> None:
         """Raise ValueError if the shutter is closed, or if a moving parameter does not exist."""

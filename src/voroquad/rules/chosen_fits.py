@@ -49,7 +49,7 @@ def fit_by_choice(samples: SampleSet, method: Method, threads: int, values: Arra
     Raises ValueError without values, which choose.
     """
     if values is None:
-        raise ValueError("values: the integrand chooses what predicts it, so there are no weights without its values")
+        raise ValueError("values: the integrand's values choose the model, so there are no weights without them")
     assert samples.strata is not None
     return _on_line(samples, values) if samples.d == 1 else _by_colour(samples, samples.strata, threads, values)
 
