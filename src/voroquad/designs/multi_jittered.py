@@ -10,6 +10,8 @@ corrects each sample by a fit to others of different colours is as unbiased as w
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -17,6 +19,9 @@ from .._support.arrays import Array, Indices
 from .grids import corners, grid_shape, inside
 
 _GOLDEN_RATIO = (math.sqrt(5) - 1) / 2
+
+#: Strata of a grid, at most, that is remembered from one set to the next.
+MOST_KNOWN = 4096
 
 
 def period(d: int) -> int:
@@ -60,21 +65,58 @@ def offsets(strata: tuple[int, ...], sets: int, rng: np.random.Generator) -> Arr
     d, n = len(strata), math.prod(strata)
     if period(d) == 0:
         return rng.random((sets, n, d))
-    index = np.indices(strata).reshape(d, n).T
-    colour, spread = colours(strata), _spread(index, strata)
     places = np.empty((sets, n, d))
-    for a in range(d):
-        slab = np.unique(colour * strata[a] + index[:, a], return_inverse=True)[1]
-        size = np.bincount(slab)
-        sums = np.round(np.delete(spread, a, axis=1).sum(axis=1) % 1, 9) % 1
-        key = np.unique(slab + sums, return_inverse=True)[1]
-        order = np.argsort(key + rng.random((sets, n)) / 2, axis=1)
+    for a, slabs in enumerate(_slabs(strata)):
+        order = np.argsort(slabs.key + rng.random((sets, n)) / 2, axis=1)
         rank = np.empty((sets, n))
-        np.put_along_axis(rank, order, np.arange(n) - (np.cumsum(size) - size)[slab[order]], axis=1)
-        shift = np.floor(rng.random((sets, len(size))) * size)
-        rank = (rank + shift[:, slab]) % size[slab]
-        places[..., a] = (rank + rng.random((sets, n))) / size[slab]
+        np.put_along_axis(rank, order, np.arange(n) - slabs.begin[order], axis=1)
+        shift = np.floor(rng.random((sets, len(slabs.sizes))) * slabs.sizes)
+        rank = (rank + shift[:, slabs.number]) % slabs.size
+        places[..., a] = (rank + rng.random((sets, n))) / slabs.size
     return places
+
+
+@dataclass(frozen=True)
+class Slabs:
+    """For an axis, the strata of one colour with the same index along it, told by what each stratum (n,) belongs to.
+
+    Attributes
+    ----------
+    number, size, begin : ndarray, (n,)
+        The number of the stratum's slab, how many strata that has, and how many those before it have.
+    sizes : ndarray, (slabs,)
+        Strata of each slab.
+    key : ndarray, (n,)
+        Orders the strata by slabs, and in a slab by their sums.
+    """
+
+    number: Indices
+    size: Indices
+    begin: Indices
+    sizes: Indices
+    key: Indices
+
+    @classmethod
+    def along(cls, a: int, strata: tuple[int, ...], index: Indices, colour: Indices, spread: Array) -> Slabs:
+        """Those along axis a of strata with these indices (n, d), colours (n,) and spread π(j)/n (n, d)."""
+        number = np.unique(colour * strata[a] + index[:, a], return_inverse=True)[1]
+        sizes = np.bincount(number)
+        sums = np.round(np.delete(spread, a, axis=1).sum(axis=1) % 1, 9) % 1
+        key = np.unique(number + sums, return_inverse=True)[1]
+        return cls(number, sizes[number], (np.cumsum(sizes) - sizes)[number], sizes, key)
+
+
+def _slabs(strata: tuple[int, ...]) -> tuple[Slabs, ...]:
+    """Those along each axis."""
+    return _known_slabs(strata) if math.prod(strata) <= MOST_KNOWN else _known_slabs.__wrapped__(strata)
+
+
+@lru_cache(maxsize=8)
+def _known_slabs(strata: tuple[int, ...]) -> tuple[Slabs, ...]:
+    d = len(strata)
+    index = np.indices(strata).reshape(d, -1).T
+    colour, spread = colours(strata), _spread(index, strata)
+    return tuple(Slabs.along(a, strata, index, colour, spread) for a in range(d))
 
 
 def _spread(index: Indices, strata: tuple[int, ...]) -> Array:

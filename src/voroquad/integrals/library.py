@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -46,7 +47,7 @@ class Library:
         floating = xp.isdtype(common, "real floating")
         return cls(xp.empty(0, dtype=common if floating else xp.float64, device=device(arrays[0])))
 
-    @property
+    @cached_property
     def is_numpy(self) -> bool:
         """Whether it is NumPy."""
         return is_numpy_namespace(array_namespace(self.like))

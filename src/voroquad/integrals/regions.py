@@ -201,6 +201,8 @@ def limits(name: str, given: Any) -> Array:
 
 def location_and_scale(loc: Any, scale: Any, a: Array, b: Array) -> tuple[Array, Array]:
     """The loc (d,) and scale (d,) of the maps of infinite intervals [a, b], (d,); limits that are functions are NaN."""
+    if type(loc) is type(scale) is float and (loc, scale) == (0.0, 1.0):  # the defaults go with all limits
+        return np.zeros(len(a)), np.ones(len(a))
     found = []
     for name, given in (("loc", loc), ("scale", scale)):
         array = real_numbers(name, to_numpy(given))

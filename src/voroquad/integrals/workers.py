@@ -57,11 +57,10 @@ def mapping(
         with attached(client, kept.store if kept is not None else None) as pool:
             yield pool.map, pool.threads
         return
-    processors = os.cpu_count() or 1
     if callable(workers):
-        yield workers, processors
+        yield workers, os.cpu_count() or 1
         return
-    number = processors if workers == -1 else positive_int("workers", workers)
+    number = (os.cpu_count() or 1) if workers == -1 else positive_int("workers", workers)
     if number == 1:
         yield map, 1
         return
