@@ -16,6 +16,7 @@ from ..rules.fit import ChosenFit, CrossFit, Fit, ResidualFit
 from ..rules.method import Method
 from ..rules.registry import Rule, integration_rule, tells_own_error
 from .diagnostics import IntegrationWarning, diagnosis
+from .gradients import WeightedCalls
 from .integrand import Integrand
 
 #: Replicates that one estimate is split into where a rule needs several sets.
@@ -35,6 +36,7 @@ class Estimate:
     ``rounding`` is the part of the error that no number of points reduces. ``deviations`` (fields, m) tell how the
     errors of components are linked: the correlation of k and l is Σ_m D_km D_lm over the roots of the sums of squares.
     ``rules`` (fields,) say what predicted each. ``trials`` are the estimates that led to the size of this one.
+    ``terms`` are the weights of func's values, where these have gradients.
     """
 
     mean: Array
@@ -46,6 +48,7 @@ class Estimate:
     deviations: Array | None = None
     rules: tuple[str, ...] = ()
     trials: tuple[Estimate, ...] = ()
+    terms: tuple[WeightedCalls, ...] = ()
 
     @property
     def resolved(self) -> bool:
@@ -101,6 +104,7 @@ class Estimator:
         """An estimate from sets of at most n points."""
         drawn = self._draw(n)
         rule = integration_rule(drawn.kind, self.methods, self.debias)
+        begin = len(self.integrand.function.tape)
         values = Values.of(self.integrand, drawn.points)
         fit = rule.fit(drawn, self.threads, values.scaled)
         means, rounding = fit.estimates(values.scaled, self.integrand.epsilon)
@@ -109,7 +113,20 @@ class Estimator:
         found = self._estimate(
             means.mean(axis=0), error, rounding.mean(axis=0), degrees_of_freedom, values, warning, fit.deviations(means)
         )
-        return replace(found, rules=_told(rule, fit, len(found.mean)))
+        terms = self._terms(begin, drawn.points, fit) if self.integrand.function.tape else ()
+        return replace(found, rules=_told(rule, fit, len(found.mean)), terms=terms)
+
+    def _terms(self, begin: int, points: Array, fit: Fit) -> tuple[WeightedCalls, ...]:
+        """The weights of the values of points (sets, n, d), in the order of their evaluation."""
+        u = points.reshape(-1, points.shape[-1])
+        by_field = fit.weights if fit.weights.ndim == 3 else fit.weights[:, None]
+        weights = by_field.swapaxes(0, 1).reshape(by_field.shape[1], -1) / len(points)
+        _, volume = self.integrand.pull_back(u.T)
+        order = self.integrand.order(u)
+        weights = weights * volume
+        return (
+            WeightedCalls(begin, len(self.integrand.function.tape), weights if order is None else weights[:, order]),
+        )
 
     def _warning(self, fit: Fit, drawn: SampleSet, values: Values) -> IntegrationWarning | None:
         """What a single set gives reason to warn of.

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from .._support.arrays import Array
 from .._support.checks import real_numbers, refuse_masks
 from .diagnostics import Diagnoses, diagnosis
+from .gradients import Tape, has_gradient, joined_points
 from .kept import KeptEvaluations
 from .library import Library, to_numpy
 from .structures import Answer, Branch, Form, names_of, take_apart
@@ -69,7 +70,11 @@ class Function:
         #: Relative rounding error of func's values, of the dtype that it returns
         self.epsilon = float(np.finfo(np.float64).eps)
         self.form: Form | None = None
-        self._call = _Call(func, args, kwargs or {}, library, one_by_one=not vectorized, remote=spread is not map)
+        #: What func returned, where gradients are to be kept
+        self.tape: Tape = []
+        self._call = _Call(
+            func, args, kwargs or {}, library, self.tape, one_by_one=not vectorized, remote=spread is not map
+        )
         self.batch, self._spread, self._parts, self._kept = batch, spread, parts, kept
 
     def batches(self, x: NDArray[Any]) -> Iterator[Array]:
@@ -119,6 +124,7 @@ class Function:
 
     def _try_one_point(self, x: NDArray[Any], error: Exception) -> None:
         """Call func with the first point alone; raise `error`, which the points together raised, if that fails too."""
+        kept = len(self.tape)
         self._call.one_by_one = True
         try:
             self._call(x[:, :1])
@@ -130,6 +136,7 @@ class Function:
             raise error from None
         finally:
             self._call.one_by_one = False
+            del self.tape[kept:]
 
 
 class _Call:
@@ -141,20 +148,27 @@ class _Call:
         args: tuple[Any, ...],
         kwargs: Mapping[str, Any],
         library: Library,
+        tape: Tape,
         one_by_one: bool,
         remote: bool,
     ):
-        self.func, self.args, self.kwargs, self.library = func, args, kwargs, library
+        self.func, self.args, self.kwargs, self.library, self._tape = func, args, kwargs, library, tape
         self.one_by_one, self.remote = one_by_one, remote
 
     def __call__(self, x: NDArray[Any]) -> Answer:
         try:
             if not self.one_by_one:
-                return self._numbers(self.library.array(x), f"x of shape {x.shape}, the first point {x[:, 0].tolist()}")
-            points = [
+                shown = f"x of shape {x.shape}, the first point {x[:, 0].tolist()}"
+                answer, leaves = self._numbers(self.library.array(x), shown)
+                self._keep(leaves)
+                return answer
+            each = [
                 self._numbers(point, f"x = {at.tolist()}")
                 for point, at in zip(self.library.array(x.T), x.T, strict=True)
             ]
+            points = [answer for answer, _ in each]
+            if any(map(has_gradient, each[0][1])):
+                self._keep(joined_points([leaves for _, leaves in each]))
             stacked = [np.stack(leaves, axis=-1) for leaves in zip(*(p[1] for p in points), strict=True)]
             return _one_structure(points), stacked, max(epsilon for _, _, epsilon in points)
         except StopIteration as error:  # which would end the map silently
@@ -164,8 +178,15 @@ class _Call:
                 raise RuntimeError(f"func raised {type(error).__name__}: {error}") from None
             raise
 
-    def _numbers(self, x: Any, shown: str) -> Answer:
-        """func's values at x; an exception of func says where it was raised."""
+    def _keep(self, leaves: list[Any]) -> None:
+        """Put what func returned onto the tape, if any of it has a gradient."""
+        if any(map(has_gradient, leaves)):
+            if self.remote:
+                raise _UnusableValueError("values of func lose their gradients in worker processes; leave out workers=")
+            self._tape.append(leaves)
+
+    def _numbers(self, x: Any, shown: str) -> tuple[Answer, list[Any]]:
+        """func's values at x, and what it returned; an exception of func says where it was raised."""
         try:
             values = self.func(x, *self.args, **self.kwargs)
         except Exception as error:
@@ -173,13 +194,14 @@ class _Call:
             raise
         branch, leaves = take_apart(values, single=self.one_by_one)
         numbers = [_as_numbers(leaf) for leaf in leaves]
-        return branch, [v for v, _ in numbers], max((epsilon for _, epsilon in numbers), default=0.0)
+        return (branch, [v for v, _ in numbers], max((epsilon for _, epsilon in numbers), default=0.0)), leaves
 
 
 def _as_numbers(values: Any) -> tuple[NDArray[Any], float]:
     """Values of func as float64 or complex128, and the relative rounding error of their own dtype."""
-    name, given = "values of func", to_numpy(values)
+    name = "values of func"
     try:
+        given = to_numpy(values)
         if np.iscomplexobj(given):
             refuse_masks(name, given)
             numbers: NDArray[Any] = np.asarray(given, dtype=np.complex128)

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from .._support.arrays import Array
+from .._support.arrays import Array, Indices
 from .diagnostics import Diagnoses, diagnosis
 from .evaluation import Function
 from .regions import Region
@@ -61,18 +61,26 @@ class Integrand:
     def in_random_order(self, u: Array, done: list[Array]) -> Array:
         """The same at points each of which is uniform in the box; those so far are a fair sample of them at any time.
 
-        They are appended to `done`, (fields, m) each. Where there are several batches the order is random. It is drawn
-        by a generator of its own, seeded with a checksum of the points: the same points have the same order, and the
-        caller's random numbers are those of a call without batches.
+        They are appended to `done`, (fields, m) each. Where there are several batches the order is random.
         """
-        batch = self.function.batch(len(u))
-        if batch is None or len(u) <= batch:
+        order = self.order(u)
+        if order is None:
             return _joined(self._evaluated(u, done))
-        order = np.random.default_rng(zlib.crc32(u.tobytes())).permutation(len(u))
         shuffled = _joined(self._evaluated(u[order], done))
         found = np.empty_like(shuffled)
         found[:, order] = shuffled
         return found
+
+    def order(self, u: Array) -> Indices | None:
+        """The order in which func gets the points u (n, d); None if it is theirs.
+
+        It is drawn by a generator of its own, seeded with a checksum of the points: the same points have the same
+        order, and the caller's random numbers are those of a call without batches.
+        """
+        batch = self.function.batch(len(u))
+        if batch is None or len(u) <= batch:
+            return None
+        return np.random.default_rng(zlib.crc32(u.tobytes())).permutation(len(u))
 
     def _evaluated(self, u: Array, done: list[Array]) -> list[Array]:
         """`done` with the values (fields, m) of consecutive points, appended as they come."""

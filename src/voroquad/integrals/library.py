@@ -10,6 +10,8 @@ import numpy as np
 from array_api_compat import array_namespace, device, is_array_api_obj, is_numpy_namespace, to_device
 from numpy.typing import NDArray
 
+from .gradients import without_gradient
+
 
 @dataclass(frozen=True)
 class Library:
@@ -82,7 +84,7 @@ def to_numpy(values: Any) -> Any:
     """Any library's array, on any device, as a NumPy array; what is no array as it is."""
     if isinstance(values, np.ndarray | np.generic) or not is_array_api_obj(values):
         return values
-    values = values.detach() if hasattr(values, "detach") else values  # PyTorch's, where they require a gradient
+    values = without_gradient(values)
     try:
         return np.asarray(np.from_dlpack(values))
     except (BufferError, RuntimeError, TypeError, ValueError):

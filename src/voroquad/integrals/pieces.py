@@ -139,6 +139,7 @@ def total(estimates: Sequence[Estimate]) -> Estimate:
         tuple(_warnings(estimates, parts)),
         np.concatenate(known, axis=1) if len(known) == len(deviations) else None,
         _rules(estimates),
+        terms=tuple(term for e in estimates for term in e.terms),
     )
 
 

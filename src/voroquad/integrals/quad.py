@@ -293,8 +293,17 @@ def quad(
             )
 
         with following(watch, function, callback, progress, most):
-            result = ended(compute, watch, function)
+            result = ended(lambda: _with_gradients(compute(), function), watch, function)
     return replace(result, adaptation=adaptations[0] if adaptations else None)
+
+
+def _with_gradients(found: Estimate, function: Function) -> Estimate:
+    """The estimate; ValueError if func's values have gradients and the estimate is not known as their sum."""
+    if function.tape and sum(term.end - term.begin for term in found.terms) == 0:
+        raise ValueError(
+            'values of func have gradients, which this rule does not keep; give method="local" or fewer points'
+        )
+    return found
 
 
 @dataclass(frozen=True)

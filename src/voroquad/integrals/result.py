@@ -18,6 +18,7 @@ from .components import FEWEST_ERRORS, Components, Linked
 from .diagnostics import ADVICE, IntegrationWarning, diagnosis, issue
 from .estimates import Estimate
 from .evaluation import Function
+from .gradients import sums
 from .library import Library, to_numpy
 from .plots import draw_rules, draw_trials
 from .structures import mapped
@@ -53,7 +54,8 @@ class QuadResult:
     Attributes
     ----------
     integral : float, complex, array, or dict or tuple of these
-        The estimate, in the shape or structure of func's values.
+        The estimate, in the shape or structure of func's values. Where these are of PyTorch or JAX and have gradients,
+        so has it.
     standard_error : as integral
         Its standard error. That of a complex estimate is complex: its parts are the errors of the real and the
         imaginary part, as in `scipy.integrate.quad`.
@@ -99,6 +101,9 @@ class QuadResult:
         """The result that an estimate of a function's integrals makes, in the structure of the function's values."""
         assert function.form is not None
         integral, error = (function.form.assemble(x, function.library.number) for x in (estimate.mean, estimate.error))
+        if estimate.terms:
+            plain = [function.library.number(leaf) for leaf in function.form.leaves(estimate.mean)]
+            integral = function.form.build(sums(estimate.terms, function.tape, function.form, plain))
         components = Components.of(estimate, function.form)
         warnings = function.diagnoses.all()
         rule = function.form.texts(estimate.rules) if estimate.rules else ""

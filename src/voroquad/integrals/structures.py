@@ -126,6 +126,14 @@ class Form:
             found += [flat.real, flat.imag] if as_complex else [flat]
         return np.concatenate(found, dtype=np.float64)
 
+    def size(self, leaf: int) -> int:
+        """Number of rows of an array."""
+        return int(np.prod(self.shapes[leaf], dtype=int)) * (2 if self.is_complex[leaf] else 1)
+
+    def build(self, leaves: list[Any]) -> Any:
+        """The structure that func returns, with these in the places of its arrays."""
+        return _assembled(self.branch, list(leaves))
+
     def partners(self) -> list[int]:
         """For each row that of the other part of its complex number, or the row itself."""
         found: list[int] = []
@@ -161,7 +169,7 @@ class Form:
 
     def assemble(self, rows: Numbers, finish: Callable[[Numbers], Any] = lambda leaf: leaf) -> Any:
         """Rows (fields, ...) in the structure that func returns, each array (*shape, ...) as `finish` makes it."""
-        return _assembled(self.branch, [finish(leaf) for leaf in self.leaves(rows)])
+        return self.build([finish(leaf) for leaf in self.leaves(rows)])
 
 
 def _assembled(branch: Branch | None, leaves: list[Any]) -> Any:
