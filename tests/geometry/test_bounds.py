@@ -33,6 +33,16 @@ def test_bad_bounds_are_named(bounds, message):
         vq.cells([[0.2, 0.3], [0.6, 0.7]], bounds=bounds)
 
 
+@pytest.mark.parametrize("sides", [(0, 1), (0, 2 * np.pi), (-0.3, 0.1), (1e6, 1e6 + 0.7)])
+def test_no_point_of_a_periodic_axis_is_its_upper_end(sides):
+    """As the core requires; without being wrapped it would pass for inside."""
+    bounds = Bounds(2, [sides, (0, 1)], [True, False])
+    points = bounds.to_core(np.array([[sides[1], 1.0], [np.mean(sides), 0.5]]))
+    _, high = bounds._core_sides.T
+    assert (points[:, 0] < high[0]).all()
+    assert points[0, 1] == high[1]
+
+
 @pytest.mark.parametrize("periodic", [[True], [True] * 3, "no", 1, [1, 0], None])
 def test_bad_periodic_axes_are_named(periodic):
     with pytest.raises(ValueError, match="periodic must be True, False or one of them for each of d = 2 axes"):

@@ -102,6 +102,14 @@ def test_neighbours_and_triangulation(d, n, seed):
     assert filled.min() > 0
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_cells_of_a_cluster_reach_far_beyond_their_neighbours(seed):
+    """Images at twice the radius of a cell still cut it; without them the cells would be too large together."""
+    rng = np.random.default_rng(seed)
+    points = 0.1 * rng.normal(size=(100, 2))
+    assert vq.cells(points, cell=np.eye(2)).measures.sum() == pytest.approx(1, rel=1e-12)
+
+
 def test_on_a_cube_equals_the_torus():
     points = np.random.default_rng(4).random((300, 3))
     lattice, torus = vq.cells(points, cell=np.eye(3)), vq.cells(points, periodic=True)

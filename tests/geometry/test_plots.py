@@ -62,6 +62,9 @@ def test_in_space_faces_are_shaded_and_apart():
     light = vq.cells([[0.25, 0.5, 0.5], [0.5, 0.5, 0.5]]).plot([1, 0], cmap=CMAP).collections[0]
     shades = np.unique(light.get_facecolor()[:, 0])
     np.testing.assert_allclose(shades, [0, 0.55, 0.7075, 0.775, 0.9055])  # away from the light, and by each axis
+    white = vq.cells([[0.25, 0.5, 0.5], [0.5, 0.5, 0.5]]).polyhedron(0)
+    (top,) = (number for number, face in enumerate(white) if (face[:, 2] == 1).all())
+    assert light.get_facecolor()[top, 0] > 0.6  # towards the light, as those away have 0.55
 
 
 @pytest.mark.parametrize(

@@ -56,6 +56,11 @@ def test_normal_coordinates_of_both_kinds_are_turned(kind):
 
     turned = vq.quad(f, measure=vq.ProductMeasure(*[kind] * 8), n_points=2048, rng=1)
     assert 1024 < turned.n_evaluations <= 2048
+    points = []
+    counted = vq.quad(
+        lambda x: points.append(x.shape[1]) or f(x), measure=vq.ProductMeasure(*[kind] * 8), n_points=2048, rng=1
+    )
+    assert counted.n_evaluations == sum(points)
     assert abs(turned.integral - math.sqrt(32 / (2 * math.pi))) < 6 * turned.standard_error
     mixed = vq.ProductMeasure(*[kind] * 7, scipy.stats.logistic(1, 2 * math.sqrt(3) / math.pi))
     still = vq.quad(f, measure=mixed, n_points=2048, method="plain", rng=1)

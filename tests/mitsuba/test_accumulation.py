@@ -10,6 +10,7 @@ from mitsuba.python.ad.integrators.common import ADIntegrator
 
 from voroquad.mitsuba import accumulation
 from voroquad.mitsuba.accumulation import Contributions, Footprint, Layout, Pass, pixel_means
+from voroquad.mitsuba.plain import band_seed
 
 
 @pytest.mark.parametrize("spp", [1, 7, 16, 48, 3072])
@@ -111,6 +112,23 @@ def test_a_wide_filter_divides_by_the_weights_of_what_they_multiply():
     # Where they multiply all of it, the weighted part is the image
     done = Pass(colours, 2.5 * changes, nothing, nothing, nothing, excess)
     np.testing.assert_allclose(done.blended(share), 5)
+    # The rest is what the sum of weights does not touch; the weighted part is divided by it
+    changes, weighted = rng.uniform(-1, 1, (2, 4, 5, 3)), rng.random((4, 5, 3))
+    done = Pass(colours, changes, nothing, nothing, nothing, excess, weighted)
+    expected = 5 - weighted + (weighted + changes.sum(0)) / (1 + excess.sum(0)[..., None])
+    np.testing.assert_allclose(done.blended(np.ones_like(share)), expected)
+
+
+def test_changes_belong_to_the_half_of_their_pixel():
+    """The first half has the pixels of which row and column add up to an even number, also in a band below."""
+    footprint = Footprint(mi.load_dict(scene_dict("gaussian")["sensor"]["film"]))
+    layout = footprint.layout(3, weights=True)
+    columns, _ = footprint.window
+    for row, column in ((0, 4), (1, 4), (2, 5)):
+        means = np.zeros((4, columns, layout.own + layout.taps * (layout.plain + layout.changes)))
+        means[row, column] = 1
+        _, _, halves = layout.split(footprint.strip(means, layout, range(3, 7)))
+        assert [half.any() for half in halves] == [(3 + row + column) % 2 == h for h in (0, 1)]
 
 
 def test_halves_add_up():
@@ -167,6 +185,11 @@ def test_bands_make_the_whole(rfilter, film, weights, partly, monkeypatch):
             assert (own is None) == (first is None)
             if own is not None:
                 np.testing.assert_allclose(own, first, rtol=1e-12)
+
+
+def test_each_band_of_each_image_has_a_seed_of_its_own():
+    assert band_seed(5, 0) == 5
+    assert len({band_seed(seed, number) for seed in range(20) for number in range(20)}) == 400
 
 
 def test_bands_have_samples_of_their_own(monkeypatch):

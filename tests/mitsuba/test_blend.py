@@ -37,6 +37,11 @@ def blended(plain, difference, noise):
     return np.where(half == 0, *share), plain + np.where(half == 0, *share)[..., None] * difference
 
 
+def test_each_pixel_has_the_value_of_its_own_half():
+    halves = np.stack([np.zeros((5, 7)), np.ones((5, 7))])
+    np.testing.assert_array_equal(blend.of_own_half(halves), blend.checkerboard(5, 7))
+
+
 @pytest.mark.parametrize(
     ("domain", "other", "low", "high"), [(0.3, 0.0, 0.9, 1), (0.0, 0.3, 0, 0.1), (0.2, 0.2, 0.65, 0.9)]
 )

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import mitsuba as mi
 import numpy as np
 import pytest
 
-from voroquad.mitsuba.domains import find_domain
+from voroquad.mitsuba.domains import CameraSample, find_domain
 from voroquad.mitsuba.errors import one_line_errors
 
 pytestmark = pytest.mark.usefixtures("one_thread")
@@ -148,6 +150,14 @@ def test_four_dimensions():
     scene = mi.load_dict({"type": "scene", "sensor": lens, "sky": {"type": "constant"}})
     for properties in ({"sampler": "sobol", "weighted": False}, {"sets": 8, "debias": "none"}, {}):
         np.testing.assert_allclose(image(scene, 81, domain="pixel+lens", **properties), 1, rtol=1e-4)
+
+
+def test_joint_coordinates_come_in_the_order_of_their_names():
+    """As `place` takes them: what is placed is read again."""
+    domain, drawn = find_domain("pixel+time"), CameraSample(*[None] * len(dataclasses.fields(CameraSample)))
+    domain.place(drawn, [mi.Float(0.1), mi.Float(0.2), mi.Float(0.3)])
+    np.testing.assert_allclose(np.concatenate(domain.coordinates(drawn)), [0.1, 0.2, 0.3])
+    assert drawn.time == 0.3
 
 
 def test_names():

@@ -115,6 +115,16 @@ def test_a_weight_on_all_light_twice_would_show(pixel_z):
     assert excess > 10
 
 
+def test_paths_that_survive_the_roulette_count_for_those_that_do_not():
+    """It plays from the first bounce on, or never."""
+    own = {"type": "reweighted", "domain": "light", "sampler": "scene", "weighted": False}
+    played, never = (
+        images(box(), 1, 1024, **own, nested={"type": "path", "max_depth": 5, "rr_depth": depth})[0][..., :3].mean()
+        for depth in (1, 99)
+    )
+    assert played == pytest.approx(never, rel=0.02)
+
+
 @pytest.mark.parametrize("nested", [{"type": "path", "max_depth": 4}, {"type": "prb", "max_depth": 4}])
 def test_the_scenes_own_light_samples_make_the_path_tracers_image(nested):
     scene = box()

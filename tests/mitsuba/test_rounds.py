@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -31,6 +33,16 @@ def render(seed, count, blend=True, **noise):
     for _ in range(count):
         rounds.add(pass_(rng, **noise))
     return rounds
+
+
+def test_a_round_is_compared_with_pixels_before_the_films_filter():
+    rng = np.random.default_rng(1)
+    passes = [pass_(rng) for _ in range(2)]
+    passes = [dataclasses.replace(done, plain=done.plain + 9) for done in passes]  # what a filter makes of it
+    rounds = Rounds((*SHAPE, 4))
+    for done in passes:
+        rounds.add(done)
+    np.testing.assert_allclose(rounds.plain, passes[0].pixel_plain + passes[1].pixel_plain)
 
 
 def test_without_blend_it_is_the_weighted_mean():

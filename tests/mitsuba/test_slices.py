@@ -75,6 +75,20 @@ def test_slices_are_the_scene_at_their_times():
     np.testing.assert_allclose(got, by_hand((np.arange(8) + 0.5) / 8), rtol=1e-3, atol=2e-4)
 
 
+def test_pixels_take_sets_of_the_half_of_a_checkerboard_they_lie_in(monkeypatch):
+    integrator, halves = plugin(), []
+    rows = type(integrator)._rows
+
+    def noted(self, rng, half, spp):
+        halves.append(half)
+        return rows(self, rng, half, spp)
+
+    monkeypatch.setattr(type(integrator), "_rows", noted)
+    image(mi.load_dict(scene_dict()), integrator, 4)
+    sides = range(integrator.interleave)
+    assert halves == [(x + y) % 2 for y in sides for x in sides]
+
+
 def test_a_scene_is_left_as_it_was():
     scene = mi.load_dict(scene_dict())
     still = mi.load_dict({"type": "direct"})
