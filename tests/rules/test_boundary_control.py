@@ -106,7 +106,7 @@ def test_other_designs_are_refused():
 @pytest.mark.parametrize("design", DESIGNS)
 @pytest.mark.parametrize(("d", "n"), [(1, 16), (2, 16), (2, 256), (3, 27)])
 def test_a_finer_quadrature_changes_little(design, d, n, monkeypatch):
-    s = vq.sample(design, n=n, d=d, sets=300, rng=4)
+    s = vq.sample(design, n=n, d=d, sets=100, rng=4)
     f = smooth(s.points)
     estimates = (control(s) * f).sum(axis=1)
     module.bias_lattice.cache_clear()
