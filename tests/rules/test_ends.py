@@ -23,7 +23,8 @@ def test_exponents_of_powers_are_found_however_samples_lie(beta):
 def test_waves_noise_and_what_is_smooth_at_an_end_have_none():
     t = 24 * places()[:9]
     noise = np.random.default_rng(2).standard_normal(9)
-    values = np.stack([np.cos(2 * t), noise, np.exp(t / 9), t**1.5, np.where(t < 4, 1.0, 0.0), 0 * t])
+    climbing = np.cumsum(np.diff(t, prepend=0) * [1, 5, 0.2, 3, 0.1, 2, 0.1, 1, 0.05])
+    values = np.stack([np.cos(2 * t), noise, climbing, np.exp(t / 9), t**1.5, np.where(t < 4, 1.0, 0.0), 0 * t])
     assert np.isnan(exponents(t, values)).all()
 
 
