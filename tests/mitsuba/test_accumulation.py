@@ -22,6 +22,23 @@ def test_means_of_pixels(spp):
     np.testing.assert_allclose(means, expected, rtol=3e-6)
 
 
+@pytest.mark.parametrize("spp", [24, 64])
+def test_two_threads_that_share_a_pixel_add_it_as_one_does(spp):
+    """Of few rays each thread takes a half, and the border is inside a pixel."""
+    pixels = 333
+    start = mi.Float(np.random.default_rng(spp).random(pixels * spp).astype(np.float32))
+    before, means = dr.thread_count(), []
+    for threads in (1, 2, 2, 2):
+        dr.set_thread_count(threads)
+        _, values = dr.while_loop(  # long enough for both threads to begin
+            (mi.UInt32(0), mi.Float(start)), lambda k, _: k < 10000, lambda k, x: (k + 1, 3.9 * x * (1 - x))
+        )
+        means.append(pixel_means([values], dr.arange(mi.UInt32, pixels * spp), spp))
+    dr.set_thread_count(before)
+    for own in means[1:]:
+        np.testing.assert_array_equal(own, means[0])
+
+
 def scene_dict(rfilter, **film):
     """A sphere in the sun, as a pinhole sees it."""
     look = mi.ScalarTransform4f().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])

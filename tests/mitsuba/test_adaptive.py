@@ -76,10 +76,10 @@ def test_it_is_unbiased_and_better(ball):
     scene = load_scene(ball, size=(16, 12))
     truth = np.mean([render(scene, plain(scene_sampler=OWN), 2048, 100 + k) for k in range(4)], 0)
     integrator = plain(adaptive="absolute", at_least=8)
-    images = np.stack([render(scene, integrator, 16, seed) for seed in range(48)])
+    images = np.stack([render(scene, integrator, 32, seed) for seed in range(48)])
     level = images.mean((1, 2, 3)) - truth.mean()
     assert abs(level.mean() / (level.std(ddof=1) / np.sqrt(len(level)))) < 5.5
-    equal = np.stack([render(scene, plain(scene_sampler=OWN), 16, seed) for seed in range(16)])
+    equal = np.stack([render(scene, plain(scene_sampler=OWN), 32, seed) for seed in range(16)])
     assert ((images - truth) ** 2).mean() < 0.8 * ((equal - truth) ** 2).mean()
 
 

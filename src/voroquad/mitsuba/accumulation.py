@@ -17,6 +17,9 @@ from .blend import Floats, checkerboard, of_own_half, strips
 
 #: Rays of a run at most: it must divide the rays that a thread takes at a time (2^14), and keep rounding low
 _LONGEST_RUN = 2**10
+#: Of up to 2^15 rays for each thread, each takes an equal part, which begins at a SIMD packet: runs are as short as the
+#: shortest of these then. Up to so many threads the sums do not depend on their number
+_EQUAL_PARTS, _SHORT_RUN, _THREADS = 2**15, 4, 32
 #: Values that Dr.Jit adds side by side in one go, at most
 _PACKET = 8
 #: Rays of a band: some seconds of one thread
@@ -34,15 +37,16 @@ def quotient(index: mi.UInt32, n: int) -> mi.UInt32:
 def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Floats:
     """Means (pixels, len(values)) over the `spp` consecutive rays of each pixel; `index` numbers the rays.
 
-    A run is what a pixel has in a block of 2^10 rays. Ray i is in run i // spp + i // 2^10: different pixels or blocks,
-    different runs. Where 2^10 is a multiple of spp, pixels are runs.
+    A run is what a pixel has in a block of `longest` rays. Ray i is in run i // spp + i // longest: different pixels or
+    blocks, different runs. Where `longest` is a multiple of spp, pixels are runs.
     """
     rays, number = dr.width(index), quotient(index, spp)
     runs = rays // spp
-    divided = _LONGEST_RUN % spp != 0
+    longest = _SHORT_RUN if rays <= _EQUAL_PARTS * max(_THREADS, dr.thread_count()) else _LONGEST_RUN
+    divided = longest % spp != 0
     if divided:
-        number += index // _LONGEST_RUN
-        runs += -(-rays // _LONGEST_RUN)
+        number += index // longest
+        runs += -(-rays // longest)
     packet = min(_PACKET, 1 << (len(values) - 1).bit_length())  # a power of two
     packets = -(-len(values) // packet)
     sums = dr.zeros(mi.Float, runs * packets * packet)
@@ -53,7 +57,7 @@ def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Float
     if not divided:
         return of_runs / np.float32(spp)
     pixel = np.arange(rays // spp)
-    of_pixels = np.add.reduceat(of_runs, pixel + pixel * spp // _LONGEST_RUN, axis=0, dtype=np.float64)
+    of_pixels = np.add.reduceat(of_runs, pixel + pixel * spp // longest, axis=0, dtype=np.float64)
     return (of_pixels / spp).astype(np.float32)
 
 
