@@ -56,6 +56,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "scene-bias": renders.scene_bias_table,
         "gain": renders.gain_table,
         "samplers": renders.samplers_table,
+        "spacing": renders.spacing_table,
         "overhead": renders.overhead_table,
     },
     "measured/mri.md": {"mri": programs.density_table},

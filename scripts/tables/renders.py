@@ -146,6 +146,17 @@ def samplers_table() -> str:
     return markdown(rows, "lrl")
 
 
+def spacing_table() -> str:
+    """Variances of sets in two coordinates, times n over that of one sample."""
+    kinds = {"multi_jittered": "as `multijitter`", "owen": "Owen's scrambling", "spaced": "`owensobol`"}
+    measured = {(r["integrand"], r["samples"], r["sets"]): r["variance"] for r in read(RESULTS / "pair_scrambles.csv")}
+    names, sizes = (list(dict.fromkeys(key[k] for key in measured)) for k in (0, 1))
+    rows = [["integrand", *(f"{label}, n = {n}" for n in sizes for label in kinds.values())]]
+    for name in names:
+        rows.append([name, *(scientific(float(measured[name, n, kind])) for n in sizes for kind in kinds)])
+    return markdown(rows, "l")
+
+
 def ratio_error(ours: Row, theirs: Row) -> float:
     """Standard error of the ratio of two rows' MSE: of pairs where they have the same samples."""
     if ours["samples"] == "scene" and ours["all_else"] == theirs["all_else"]:
