@@ -53,8 +53,8 @@ OPTIONS = {
     "study": "-o --output --suite --replicates --max-n --dimensions --peers --instances --seed --scheduler --workers "
     "--store --json",
     "render": "-o --output --domain --spp --sampler --order --debias --weighted --blend --jitter --adaptive --at-least "
-    "--at-most --pixel-error --size --seed --round --resume --time --target-error --view --scheduler --workers "
-    "--store --json",
+    "--at-most --pixel-error --aov --denoise --size --seed --round --resume --time --target-error --view "
+    "--scheduler --workers --store --json",
     "compare": "-o --output --domain --spp --methods --auto --jitter --size --seed --seeds --scheduler --workers "
     "--store --json",
     "report": "-o --output",

@@ -339,6 +339,10 @@ def render(
     pixel_error: Annotated[
         float, typer.Option(help="A pixel gets no more samples once its error is below this.")
     ] = 0.0,
+    aov: Annotated[
+        str | None, typer.Option(help="Extra channels of an .exr: albedo,normal,depth,variance,samples.")
+    ] = None,
+    denoise: Annotated[bool, typer.Option("--denoise", help="Write a denoised preview beside the image too.")] = False,
     size: Size = None,
     parameters: Parameters = None,
     sensor: Sensor = 0,
@@ -368,10 +372,11 @@ def render(
         summary = renderer.render(
             scene, output, domain=domain, spp=spp, sampler=sampler, order=order, debias=debias,
             weighted=weighted, blend=blend, jitter=jitter,
-            sharing=parse_sharing(adaptive, at_least, at_most, pixel_error), size=parse_size(size),
-            parameters=parse_parameters(parameters or []), sensor=sensor, variant=variant, seed=seed,
-            per_round=per_round, seconds=renderer.parse_seconds(time), target_error=target_error, resume=resume,
-            pool=pool, on_round=on_round,
+            sharing=parse_sharing(adaptive, at_least, at_most, pixel_error),
+            aovs=[] if aov is None else [name.strip() for name in aov.split(",")], denoise=denoise,
+            size=parse_size(size), parameters=parse_parameters(parameters or []), sensor=sensor, variant=variant,
+            seed=seed, per_round=per_round, seconds=renderer.parse_seconds(time), target_error=target_error,
+            resume=resume, pool=pool, on_round=on_round,
         )  # fmt: skip
         if as_json:
             print(json.dumps(summary), flush=True)
@@ -525,6 +530,7 @@ _EXTRAS = {
     **dict.fromkeys(("mitsuba", "drjit", "flip_evaluator"), "render"),
     **dict.fromkeys(("vegas", "qmcpy"), "bench"),
     "shapely": "geo",
+    "mitsuba_oidn": "denoise",
     **dict.fromkeys(("distributed", "dask", "zarr", "fsspec"), "cluster"),
 }
 

@@ -24,8 +24,8 @@ from ..sample_tables import Recipe, SampleTable
 from .accumulation import Footprint, Layout, Pass
 from .dependencies import file_hashes, scene_files
 from .errors import one_line_errors
-from .loading import find_sensor, load_scene, make_integrator, motion_of, own_integrator
-from .rounds import alone
+from .loading import find_sensor, load_scene, make_integrator, motion_of, traced
+from .rounds import Rounds, alone
 
 
 @dataclass(frozen=True)
@@ -48,6 +48,8 @@ class Shot:
         Number of the scene's sensor that takes the image.
     parameters : dict
         Values of the scene's ``$name`` parameters.
+    channels : tuple of str
+        Extra channels, of `FIRST_HITS`.
     """
 
     scene: File
@@ -57,17 +59,19 @@ class Shot:
     properties: dict[str, Any]
     sensor: int = 0
     parameters: dict[str, str] = field(default_factory=dict)
+    channels: tuple[str, ...] = ()
 
     @property
     def plugin(self) -> str:
         """Tells its plug-in from others."""
-        return f"{self.kind} {sorted(self.properties.items())}"
+        return f"{self.kind} {sorted(self.properties.items())} {self.channels}"
 
     def key(self) -> dict[str, Any]:
         """All that the image depends on but the plug-in and its samples: files by their hashes, sensor, versions."""
         files = file_hashes(self.scene.path, self.parameters)
         versions = {"voroquad": __version__, "mitsuba": mi.__version__, "drjit": dr.__version__}
         settings = {"variant": self.variant, "sensor": self.sensor, "size": self.size}
+        settings |= {"channels": list(self.channels)} if self.channels else {}
         values = {f"parameter {name}": value for name, value in sorted(self.parameters.items())}
         return settings | values | versions | {f"file {name}": hashed for name, hashed in files.items()}
 
@@ -87,7 +91,7 @@ class Shot:
         if self.plugin not in _last.integrators:
             _last.integrators.clear()
             properties = self.properties | (motion_of(scene) if self.kind == "reweighted" else {})
-            _last.integrators[self.plugin] = make_integrator(self.kind, own_integrator(scene), **properties)
+            _last.integrators[self.plugin] = make_integrator(self.kind, traced(scene, self.channels), **properties)
         return scene, sensor, _last.integrators[self.plugin]
 
 
@@ -180,6 +184,12 @@ class Camera:
         """The image (height, width, channels) that a render in one round gives."""
         image = alone(done, blend=self.integrator.blend)
         return np.array(self.integrator.develop(self.sensor.film(), *image), dtype=np.float64)
+
+    def film(self, rounds: Rounds) -> tuple[Array, list[str]]:
+        """What the film shows of rounds, (height, width, channels), and the names of its channels."""
+        film = self.sensor.film()
+        image = np.array(self.integrator.develop(film, rounds.image, rounds.mean_lambda), dtype=np.float64)
+        return image, self.integrator.developed_names(film)
 
     def passes(self, series: Iterable[Series], advance: Advance) -> Generator[tuple[Pass, float]]:
         """The images of series, and the seconds that their units took, in all."""

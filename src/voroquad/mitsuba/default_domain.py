@@ -3,20 +3,23 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 
 import mitsuba as mi
 
-from .loading import motion_of, own_integrator
+from .loading import motion_of, traced
 
 #: The name that leaves the choice to us
 AUTO = "auto"
 
 
-def settle_domain(name: str, scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> tuple[str, str]:
+def settle_domain(
+    name: str, scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool, channels: Sequence[str] = ()
+) -> tuple[str, str]:
     """The domain of that name, or for "auto" the one that is chosen; what to say of the choice, if there was one."""
     if name != AUTO:
         return name, ""
-    chosen, reason = choose_domain(scene, sensor, jitter=jitter)
+    chosen, reason = choose_domain(scene, sensor, jitter=jitter, channels=channels)
     return chosen, f"voroquad: domain {chosen}, {reason}; --domain names another"
 
 
@@ -26,15 +29,15 @@ def tell(line: str, *, show: bool) -> None:
         print(line, file=sys.stderr)
 
 
-def known_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> str:
+def known_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool, channels: Sequence[str] = ()) -> str:
     """The domain that is chosen, or ``pixel`` where there is none to sample."""
     try:
-        return choose_domain(scene, sensor, jitter=jitter)[0]
+        return choose_domain(scene, sensor, jitter=jitter, channels=channels)[0]
     except ValueError:
         return "pixel"
 
 
-def choose_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> tuple[str, str]:
+def choose_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool, channels: Sequence[str] = ()) -> tuple[str, str]:
     """The domain that the scene has, and why it was chosen.
 
     Parameters
@@ -45,6 +48,8 @@ def choose_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> tuple[
         The one that takes the image.
     jitter : bool
         Is the pixel's area sampled?
+    channels : sequence of str
+        Extra channels, of `FIRST_HITS`: emitter samples at the first hit cannot be told apart beside them.
 
     Returns
     -------
@@ -69,7 +74,7 @@ def choose_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool) -> tuple[
         return "time", "since the camera or an object moves"
     if any(not mi.has_flag(emitter.flags(), mi.EmitterFlags.Delta) for emitter in scene.emitters()):
         try:
-            FirstHit(own_integrator(scene))
+            FirstHit(traced(scene, channels))
         except ValueError:
             pass
         else:

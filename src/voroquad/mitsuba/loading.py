@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +18,8 @@ from .errors import one_line_errors
 
 SCENES = Path(__file__).parent / "scenes"
 VARIANT, SPECTRAL_VARIANT = "llvm_ad_rgb", "llvm_ad_spectral"
+#: Channels that show what camera rays meet first, and what Mitsuba's ``aov`` calls them
+FIRST_HITS = {"albedo": "albedo", "normal": "sh_normal", "depth": "depth"}
 #: Of an image
 MOST_PIXELS = 2**27
 #: That the sums of a pixel take
@@ -164,6 +166,14 @@ def own_integrator(scene: mi.Scene) -> mi.Integrator:
     if own is None:
         return mi.load_dict({"type": "path"})
     return own.nested if hasattr(own, "nested") else own
+
+
+def traced(scene: mi.Scene, channels: Sequence[str] = ()) -> mi.Integrator:
+    """The scene's own integrator, inside an ``aov`` that adds channels of `FIRST_HITS` if any are wanted."""
+    own = own_integrator(scene)
+    if not channels:
+        return own
+    return mi.load_dict({"type": "aov", "aovs": ",".join(f"{c}:{FIRST_HITS[c]}" for c in channels), "image": own})
 
 
 def motion_of(scene: mi.Scene) -> dict[str, Any]:

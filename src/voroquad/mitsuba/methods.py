@@ -12,7 +12,7 @@ from ..results.manifest import Line
 from ..results.style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION
 from .allocation import Sharing
 from .domains import find_domain
-from .loading import make_integrator, motion_of, own_integrator
+from .loading import make_integrator, motion_of, traced
 
 
 @dataclass(frozen=True)
@@ -23,6 +23,7 @@ class Stage:
     sensor: mi.Sensor
     domain: str
     jitter: bool
+    channels: tuple[str, ...] = ()  # extra ones, of FIRST_HITS
 
     def properties(self, method: RenderMethod) -> dict[str, Any]:
         """The properties of a method's plug-in."""
@@ -34,7 +35,7 @@ class Stage:
     def integrator(self, method: RenderMethod) -> mi.Integrator:
         """The plug-in of a method around the scene's own integrator."""
         moving = motion_of(self.scene) if method.kind == "reweighted" else {}
-        return make_integrator(method.kind, own_integrator(self.scene), **self.properties(method), **moving)
+        return make_integrator(method.kind, traced(self.scene, self.channels), **self.properties(method), **moving)
 
 
 @dataclass(frozen=True)

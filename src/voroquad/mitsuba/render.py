@@ -8,7 +8,7 @@ import math
 import os
 import re
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -26,8 +26,9 @@ from .allocation import Sharing
 from .bands import Camera, Shot, forgetting
 from .blend import Floats
 from .default_domain import AUTO, tell
+from .denoising import check_denoiser, denoised
 from .errors import one_line_errors
-from .loading import scene_path, use_variant
+from .loading import FIRST_HITS, scene_path, use_variant
 from .rounds import Rounds, round_seed
 from .settling import Settled, Wanted, settle
 
@@ -38,6 +39,8 @@ MOST_SPP = 2**32
 LONGEST_ROUND = 256
 #: Where rounds come fast, from many workers: time between two images of them over the time to write one
 PICTURES = 10
+#: Extra channels that a user may ask for
+AOVS = (*FIRST_HITS, "variance", "samples")
 #: Seconds that rounds have at least, where what comes before them takes all of the time
 SHORTEST = 1e-3
 #: Rounds before their error is trusted
@@ -182,19 +185,35 @@ def state_path(out: str | os.PathLike[str]) -> Path:
     return Path(f"{os.fspath(out)}.state.npz")
 
 
-def write_rounds(film: mi.Film, integrator: mi.Integrator, rounds: Rounds, out: str | os.PathLike[str]) -> None:
-    """Write the image so far; as .exr with the channels lambda and variance."""
-    image = np.array(integrator.develop(film, rounds.image, rounds.mean_lambda), dtype=np.float64)
-    names = integrator.developed_names(film)
+def denoised_path(out: str | os.PathLike[str]) -> Path:
+    """Where the denoised image goes: beside the image."""
+    return Path(out).with_suffix(f".denoised{Path(out).suffix}")
+
+
+def check_aovs(aovs: Sequence[str], out: str | os.PathLike[str], plan: Budget) -> None:
+    """Raise ValueError for channels that are not known, or that the image cannot have."""
+    for name in aovs:
+        one_of("aov", name, AOVS)
+    if aovs and Path(out).suffix.lower() != ".exr":
+        raise ValueError(f"aov={','.join(aovs)} needs an image with channels; write to a file .exr, got {str(out)!r}")
+    if "variance" in aovs and not plan.several:
+        raise ValueError(f"aov=variance needs two rounds or more; take --round {max(1, plan.n // 2)}, or fewer samples")
+
+
+def write_rounds(camera: Camera, rounds: Rounds, out: str | os.PathLike[str], samples: int | None = None) -> None:
+    """Write the image so far; as .exr with the channels lambda and variance, and samples if their number is given."""
+    image, names = camera.film(rounds)
     if Path(out).suffix.lower() == ".png":
         write_image(image, out)
         return
     layers: list[Floats] = [image]
     own = list(names)
-    if integrator.blend:
+    if camera.integrator.blend:
         layers, own = [*layers, rounds.mean_lambda[..., None]], [*own, "lambda"]
     if rounds.count > 1:
         layers, own = [*layers, rounds.variance], [*own, "variance.R", "variance.G", "variance.B"]
+    if samples is not None and "samples" not in own:
+        layers, own = [*layers, np.full((*image.shape[:2], 1), float(samples))], [*own, "samples"]
     with atomic_path(out) as temporary:
         pixels = np.concatenate(layers, -1, dtype=np.float32)
         _write(mi.Bitmap(pixels, mi.Bitmap.PixelFormat.MultiChannel, channel_names=own), temporary)
@@ -214,6 +233,8 @@ def render(
     blend: str = "auto",
     jitter: bool = True,
     sharing: Sharing | None = None,
+    aovs: Sequence[str] = (),
+    denoise: bool = False,
     size: tuple[int, int] | None = None,
     parameters: Mapping[str, str] | None = None,
     sensor: int = 0,
@@ -244,6 +265,12 @@ def render(
     sharing : Sharing, optional
         Samples go where a pilot finds noise, see :class:`voroquad.mitsuba.adaptive.Adaptive`. There are no sets then,
         but the sampler "owensobol"; all rounds have the numbers of samples that the pilot of the first tells.
+    aovs : sequence of str
+        Extra channels of an .exr: "albedo", "normal" and "depth" of what camera rays meet first, "variance" (there with
+        two rounds anyway) and "samples", those of each pixel in a round.
+    denoise : bool
+        Write a denoised image too, ``out.denoised.exr`` beside ``out.exr``, with the channels "albedo" and "normal" as
+        guides if they are rendered. It is a preview: it has a bias, and needs the extra ``denoise``.
     spp, per_round, seconds, target_error
         How long to render, see :class:`Budget`. Each round takes new sample sets.
     size : (int, int), optional
@@ -285,12 +312,16 @@ def render(
     plan = Budget(spp, per_round, seconds, target_error)
     check_seed(seed)
     one_of("image format", Path(out).suffix.lower(), (".exr", ".png"))
+    check_aovs(aovs, out, plan)
+    if denoise:
+        check_denoiser()
     for file in [out, state_path(out)] if plan.several else [out]:
         check_writable(file)
     path = scene_path(scene).resolve()
     use_variant(domain, variant)
     wanted = Wanted(domain, sampler, order, debias, weighted, blend, jitter, sharing)
-    shot = Shot(LocalFile(path), mi.variant(), size, "plain", {}, sensor, dict(parameters or {}))
+    channels = tuple(name for name in FIRST_HITS if name in aovs)
+    shot = Shot(LocalFile(path), mi.variant(), size, "plain", {}, sensor, dict(parameters or {}), channels)
     begun = time.monotonic()
     with parents_of(out), only_writer(out):
         settled = settle(wanted, shot, plan.n, seed)
@@ -300,8 +331,11 @@ def render(
         pool.begin(key)
         camera.integrator.explore(camera.scene, camera.sensor, seed, plan.n)
         plan = plan.less(time.monotonic() - begun)
-        output = Output(out, key, pool.keeps, on_round)
+        output = Output(out, key, pool.keeps, on_round, plan.n if "samples" in aovs else None)
         rounds = _all_rounds(camera, plan, seed, found, output, show_progress)
+        if denoise:
+            film, names = camera.film(rounds)
+            write_image(denoised(film, names), denoised_path(out))
     chosen = {"domain": settled.key["domain"], "sampler": settled.key["sampler"]}
     return _summary(rounds, plan) | chosen | {"output": os.fspath(out)}
 
@@ -368,12 +402,15 @@ class Output:
         tenth of the time.
     on_round : callable, optional
         Called after each round.
+    samples : int, optional
+        Samples of each pixel in a round, to be told in a channel.
     """
 
     path: str | os.PathLike[str]
     key: dict[str, Any]
     kept: bool
     on_round: OnRound | None = None
+    samples: int | None = None
     _next: float = -math.inf
 
     def write(self, camera: Camera, rounds: Rounds, *, state: bool, last: bool) -> None:
@@ -382,7 +419,7 @@ class Output:
             rounds.save(state_path(self.path), self.key)
         begun = time.monotonic()
         if not self.kept or last or begun >= self._next:
-            write_rounds(camera.sensor.film(), camera.integrator, rounds, self.path)
+            write_rounds(camera, rounds, self.path, self.samples)
             end = time.monotonic()
             self._next = end + PICTURES * (end - begun)
 
@@ -390,9 +427,7 @@ class Output:
         """Call what wants to know of each round; `here` of them took so many seconds in this run."""
         if self.on_round is None:
             return
-        film = camera.sensor.film()
-        image = np.array(camera.integrator.develop(film, rounds.image, rounds.mean_lambda), dtype=np.float64)
-        names = camera.integrator.developed_names(film)
+        image, names = camera.film(rounds)
         left = None if end is None else (end - rounds.count) * seconds / here
         self.on_round(FilmSoFar(image, names, rounds.count, rounds.count * n, end, rounds.error, seconds, left))
 

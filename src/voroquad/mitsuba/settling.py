@@ -119,7 +119,7 @@ def _with_sets(wanted: Wanted, shot: Shot) -> Settled:
     """By weighted sets of the domain that is named or that the scene has."""
     key = asdict(wanted)
     del key["sharing"]
-    key["domain"], line = settle_domain(wanted.domain, *shot.stage(), jitter=wanted.jitter)
+    key["domain"], line = settle_domain(wanted.domain, *shot.stage(), jitter=wanted.jitter, channels=shot.channels)
     key["sampler"] = DESIGN if wanted.sampler == AUTO else wanted.sampler
     properties = {name: value for name, value in key.items() if value is not None}
     return Settled(replace(shot, kind="reweighted", properties=properties), key, line)
@@ -127,7 +127,8 @@ def _with_sets(wanted: Wanted, shot: Shot) -> Settled:
 
 def _chosen(wanted: Wanted, shot: Shot, spp: int, seed: int) -> Settled:
     """By what a pilot finds best."""
-    stage = Stage(*shot.stage(), known_domain(*shot.stage(), jitter=wanted.jitter), wanted.jitter)
+    domain = known_domain(*shot.stage(), jitter=wanted.jitter, channels=shot.channels)
+    stage = Stage(*shot.stage(), domain, wanted.jitter, shot.channels)
     make_integrator("plain", own_integrator(stage.scene)).check(stage.scene, stage.sensor)
     method, reason = choose(stage, spp, seed)
     line = f"voroquad: {reason}; --sampler names another"
