@@ -91,15 +91,15 @@ def test_map_holds_few_items_in_flight(client):
 
 
 def slow(x: np.ndarray) -> np.ndarray:
-    time.sleep(0.02)
+    time.sleep(0.01)
     return edge(x)
 
 
 @pytest.mark.slow
 def test_ten_kills_of_workers_change_no_bit():
-    how = {"a": [0, 0], "b": [1, 1], "n_points": 8000, "method": "pilot", "batch": 10, "rng": 1}
+    how = {"a": [0, 0], "b": [1, 1], "n_points": 2000, "method": "pilot", "batch": 4, "rng": 1}
     alone = vq.quad(edge, **how)
-    rng, killed, next_kill = random.Random(1), [], [200]
+    rng, killed, next_kill = random.Random(1), [], [80]
     with (
         LocalCluster(
             n_workers=2, threads_per_worker=1, host="127.0.0.1", dashboard_address=None, silence_logs=60
@@ -114,7 +114,7 @@ def test_ten_kills_of_workers_change_no_bit():
             if p.n_evaluations >= next_kill[0] and len(killed) < 10 and alive:
                 killed.append(rng.choice(alive))
                 os.kill(killed[-1], signal.SIGKILL)
-                next_kill[0] += rng.randrange(350, 800)
+                next_kill[0] += rng.randrange(80, 190)
 
         r = vq.quad(slow, **how, client=client, callback=kill)
     assert len(killed) == 10

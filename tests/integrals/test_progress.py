@@ -128,7 +128,7 @@ CALLS: dict[str, dict[str, Any]] = {
     "sets": {"method": "pilot", "n_points": 3000, "n_estimates": 3},
     "polynomials": {"method": "polynomials", "n_points": 2048},
     "tolerance": {"rtol": 1e-3, "n_points": 64},
-    "adapted": {"adapt": True, "n_points": 1000},
+    "adapted": {"adapt": True, "n_points": 12_000},
 }
 
 
@@ -237,10 +237,10 @@ def test_parts_of_the_pilot_rule_are_a_fair_sample_of_all(monkeypatch):
     known = []
     for order in itertools.permutations(range(4)):
         integrand = Integrand(Function(edge, LIBRARY), Box([0, 0], [1, 1], LIBRARY), Watch())
-        run = pilot._Run(integrand, 8, GivenOrder(order), 1)
-        run.start(270)
+        run = pilot.PilotRun(integrand, 8, GivenOrder(order), 1)
+        run.evaluate_grid()
         integrand.watch.listeners.append(lambda run=run: len(run.steps) == 2 and known.append(run.known()))
-        whole = run.estimate()
+        whole = run.estimates(270, 1)
     mean, error = (np.array([getattr(k, name)[0] for k in known]) for name in ("mean", "error"))
     assert len(known) == 24
     assert mean.mean() == pytest.approx(whole.mean[0], rel=1e-12)
