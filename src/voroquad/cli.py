@@ -108,7 +108,7 @@ class FormulaCommand(TyperCommand):
         def is_formula(text: str) -> bool:
             return text.startswith("-") and text[1:2] not in ("", "-") and text[:2] not in letters
 
-        # Behind a space a minus makes no option
+        # An argument that begins with a space is not an option
         return super().parse_args(ctx, [f" {text}" if is_formula(text) else text for text in args])
 
 
@@ -557,5 +557,5 @@ def _described(error: Exception) -> str:
 
 
 def _number(value: float) -> float | None:
-    """JSON has no infinities and no NaN."""
+    """A number for JSON, which has no infinities and no NaN."""
     return value if math.isfinite(value) else None

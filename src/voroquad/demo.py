@@ -1,4 +1,4 @@
-"""``voroquad demo``: the whole way at a small size, to one page to look at."""
+"""``voroquad demo``: a small study and comparison, and one page that shows their results."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What every room uses: checks of arguments, files, progress, BLAS threads, units of work."""
+"""Helpers for all sub-packages: checks of arguments, files, progress, BLAS threads, units of work."""

@@ -1,4 +1,4 @@
-"""Types of arrays. Shapes are said where the arrays are."""
+"""Names for the types of arrays. Shapes are given where the arrays are used."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 #: Numbers in double precision.
 Array: TypeAlias = NDArray[np.float64]
 
-#: What indexes arrays.
+#: Indices into arrays.
 Indices: TypeAlias = NDArray[np.intp]
 
 #: Whole numbers as the compiled core takes and returns them.

@@ -115,7 +115,9 @@ def refuse_transposed(points: ArrayLike, *, name: str = "points") -> None:
 
 def extent(points: Array) -> tuple[Array, Array]:
     """The least and the greatest coordinate (d,) of points (..., d); NaN where there is one."""
-    axes = [points[..., a] for a in range(points.shape[-1])]  # faster than over an axis that is not the last
+    axes = [
+        points[..., a] for a in range(points.shape[-1])
+    ]  # faster than a reduction over an axis that is not the last
     return np.array([x.min() for x in axes]), np.array([x.max() for x in axes])
 
 

@@ -84,7 +84,7 @@ def _new_file_beside(target: Path) -> Path:
 
 
 def check_writable(path: str | os.PathLike[str]) -> None:
-    """Raise now, before hours of work, where a file could not be written later."""
+    """Raise an error now, before hours of work, if a file could not be written later."""
     if Path(path).is_dir():
         raise ValueError(f"{os.fspath(path)} is a folder; name a file in it")
     if is_stream(path):
@@ -93,7 +93,7 @@ def check_writable(path: str | os.PathLike[str]) -> None:
 
 
 def check_folder(path: str | os.PathLike[str]) -> None:
-    """Raise now, before hours of work, where no files could be written into a folder later."""
+    """Raise an error now, before hours of work, if no files could be written into a folder later."""
     if Path(path).exists() and not Path(path).is_dir():
         raise ValueError(f"{os.fspath(path)} is a file; name a folder for the results")
     target = Path(os.path.realpath(path))
@@ -139,7 +139,7 @@ def atomic_directory(path: str | os.PathLike[str]) -> Iterator[Path]:
 
 
 def _refuse_obstacles(target: Path, files: list[Path]) -> None:
-    """Raise before anything moves where a folder stands in a file's place, or a file in a folder's."""
+    """Raise an error, before any file is moved, if a folder is in the place of a file or a file in that of a folder."""
     for file in files:
         if file.is_dir():
             raise ValueError(f"{file} is a folder, where a file of the results would go; move it away")

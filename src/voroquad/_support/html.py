@@ -1,4 +1,4 @@
-"""How results show themselves in a notebook."""
+"""HTML representations of results for notebooks."""
 
 from __future__ import annotations
 

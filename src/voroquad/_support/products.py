@@ -1,4 +1,4 @@
-"""Products whose rows have the same bits, whatever rows are beside them."""
+"""Matrix products whose rows have the same bits in a matrix of any number of rows."""
 
 from __future__ import annotations
 

@@ -45,7 +45,7 @@ class Series:
 
 
 class File(Protocol):
-    """A file where it is used."""
+    """A file that units need, at the place where they are computed."""
 
     @property
     def path(self) -> Path:
@@ -152,7 +152,7 @@ def computed(series: Series, k: int, kept: Kept | None) -> Array:
 
 @dataclass(frozen=True)
 class LocalFile:
-    """A file that is where it was."""
+    """A file on this machine."""
 
     path: Path
 

@@ -133,7 +133,7 @@ def _client(scheduler: str | None, workers: int | None) -> Iterator[Client]:
 
 
 def _let_go(error: BaseException | None) -> None:
-    """Collect a client whose start failed now: its end would wait for ever while another client starts."""
+    """Collect a client whose start failed now, since its finaliser would wait for ever while another client starts."""
     while error is not None:
         traceback.clear_frames(error.__traceback__)
         error = error.__cause__ or error.__context__

@@ -235,7 +235,7 @@ class OnDask:
 
     @contextmanager
     def _clear_errors(self) -> Iterator[None]:
-        """Errors of Dask as errors of one line that say what to do."""
+        """Turn errors of Dask into errors of one line that tell what to do."""
         try:
             yield
         except CancelledError as error:
@@ -288,7 +288,7 @@ class OneThread(WorkerPlugin):
         os.environ.setdefault("VOROQUAD_NUM_THREADS", "1")
 
     def teardown(self, worker: Worker) -> None:
-        """Take the number back: a worker may be a thread of the user's own process."""
+        """Restore the number, since a worker may be a thread of the user's own process."""
         if self._set_here:
             os.environ.pop("VOROQUAD_NUM_THREADS", None)
 
@@ -317,7 +317,7 @@ def _only(a: Array, b: Array) -> Array:
 
 
 def _nothing() -> None:
-    """There is nothing to report."""
+    """Ignore a report."""
 
 
 def _version() -> str:

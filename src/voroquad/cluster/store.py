@@ -18,7 +18,7 @@ from zarr.codecs import Crc32cCodec
 from .._support.arrays import Array
 from .._support.units import Series
 
-#: Raise it when a unit's value changes its meaning
+#: To be increased when the meaning of a unit's value changes
 _FORMAT = 1
 
 
@@ -86,7 +86,7 @@ class Store:
             )
 
     def exists(self) -> bool:
-        """Whether the store itself is visible from here, and not another one of its name."""
+        """Whether this store is visible from here, and not another one of the same name."""
         try:
             return (self._settings() or {}).get("store") == self._token
         except (ValueError, OSError):

@@ -33,7 +33,7 @@ def _no_colours(d: int) -> int:
 
 @dataclass(frozen=True)
 class Design:
-    """What is known of the sets of a sampler.
+    """Properties of the sets of a sampler.
 
     Attributes
     ----------

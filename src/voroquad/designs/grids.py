@@ -102,7 +102,7 @@ def corners(strata: tuple[int, ...]) -> Indices:
 
 
 def inside(points: Array, corners: Indices, strata: tuple[int, ...]) -> Array:
-    """Move points that rounding has put on or beyond a face of their stratum back into it."""
+    """Move points back into their stratum if rounding has put them on or beyond one of its faces."""
     while (astray := (points * strata).astype(np.intp) - corners).any():
         points = np.where(astray == 0, points, np.nextafter(points, np.where(astray > 0, 0.0, 1.0)))
     return points

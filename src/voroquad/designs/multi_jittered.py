@@ -25,7 +25,7 @@ MOST_KNOWN = 4096
 
 
 def period(d: int) -> int:
-    """The period of the colours by dimension. In one there is nothing to arrange: 0, all independent."""
+    """The period of the colours by dimension. In one dimension it is 0: all points are independent."""
     return {1: 0, 2: 3}.get(d, 2)
 
 

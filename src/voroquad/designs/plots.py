@@ -24,7 +24,7 @@ def draw(points: Array, strata: tuple[int, ...] | None, weights: Array | None, a
         _draw_line(points[:, 0], weights, ax)
     else:
         share = {} if weights is None else {"c": n * weights, "cmap": cmap}
-        scatter: Any = ax.scatter  # which in space takes a third coordinate
+        scatter: Any = ax.scatter  # which takes a third coordinate in three dimensions
         dots = scatter(*points.T, s=np.clip(4000 / n, 4, 40), **share)
         if weights is not None:
             ax.figure.colorbar(dots, ax=ax, label="weight times n", shrink=0.8)

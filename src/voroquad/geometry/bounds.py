@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._support.arrays import Array
 from .._support.checks import extent, point_array, refuse_outside
 
-#: What `periodic=` may be: one answer for all axes, or one for each.
+#: Values of `periodic=`: one for all axes, or one for each.
 Periodic: TypeAlias = bool | Sequence[bool] | NDArray[np.bool_]
 
 #: The longest side over the shortest, at most: below it products of two sides keep their digits.
@@ -65,7 +65,7 @@ class Bounds:
 
     @property
     def region(self) -> tuple[Array, NDArray[np.bool_], Array]:
-        """What is `in_core`, and no walls (0, d + 1)."""
+        """The sides and periodic axes of `in_core`, and no walls (0, d + 1)."""
         return *self.in_core, np.empty((0, self.d + 1))
 
     def length_in_core(self, length: float) -> float:

@@ -1,4 +1,4 @@
-"""Convex domains: what half-spaces leave of a box."""
+"""Convex domains: intersections of half-spaces with a box."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from .._support.arrays import Array
 from .._support.checks import real_numbers
 from .bounds import Bounds
 
-#: How far a vertex may lie inside the hull of the others, relative to their extent, and pass for one on its border
+#: How far a vertex may lie inside the hull of the others, relative to their extent, and still count as on its border
 FLAT = 1e-12
 
 

@@ -1,4 +1,4 @@
-"""Density compensation for MRI: what each sample of a non-Cartesian k-space trajectory stands for."""
+"""Density compensation for MRI: weights for the samples of a non-Cartesian k-space trajectory."""
 
 from __future__ import annotations
 

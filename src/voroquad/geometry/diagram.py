@@ -1,4 +1,4 @@
-"""Voronoi cells of a set of points: what is asked of them."""
+"""The class of Voronoi cells, which computes their properties on demand."""
 
 from __future__ import annotations
 
@@ -266,7 +266,7 @@ class Cells:
         return draw(self, values, ax, cmap)
 
     def _outlines(self) -> Iterable[list[Array]]:
-        """Of each cell in the plane the rings (k, 2) around its pieces and holes."""
+        """For each cell in the plane, the rings (k, 2) around its pieces and holes."""
         return ([polygon] for polygon in self.polygons())
 
     def _one_set(self, what: str, d: int | None = None) -> Array:

@@ -82,13 +82,13 @@ def read_trajectory(trajectory: ArrayLike, shape: tuple[int, ...] | None, units:
 
 
 def spanned_axes(positions: Array) -> Indices:
-    """All axes, or of samples of a plane in space, which one coordinate is the same for, the other two."""
+    """All axes; or, if all samples have the same value of one of three coordinates, the other two axes."""
     axes = np.flatnonzero(np.ptp(positions, axis=0) > ROUNDING)
     return axes if len(axes) == 2 else np.arange(positions.shape[1])
 
 
 def rim_of(positions: Array) -> str:
-    """What a trajectory fills, in cycles per voxel: "ball", "cylinder" or "box"."""
+    """The domain that a trajectory fills, in cycles per voxel: "ball", "cylinder" or "box"."""
     size = np.abs(positions).max(axis=0)
     if not size.any():
         return "box"
@@ -111,7 +111,7 @@ def radius_of(positions: Array) -> float:
 
 
 def cylinder_axis(positions: Array) -> int:
-    """The axis about which samples in space fill a cylinder best; of those that do the last."""
+    """The axis about which samples in space fill a cylinder best; if several do, the last of them."""
     corner = _reach_into_corners(positions)
     return int(np.flatnonzero(corner <= corner.min() + 0.05)[-1])
 
@@ -145,7 +145,7 @@ def _is_stack_of_discs(positions: Array, axis: int) -> bool:
 
 
 def _refuse_flat(positions: Array) -> None:
-    """Raise ValueError for samples of a tilted plane or a line in space: what they stand for is not known."""
+    """Raise ValueError for samples of a tilted plane or a line in space, whose domain is not known."""
     thickness = np.linalg.svd(np.linalg.qr(positions - positions.mean(axis=0), mode="r"), compute_uv=False)
     if len(positions) > 1 and thickness[-1] <= ROUNDING * thickness[0] > 0:
         raise ValueError(

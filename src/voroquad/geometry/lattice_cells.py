@@ -44,7 +44,7 @@ class LatticeCells(Cells):
 
     @property
     def bounds(self) -> Array:
-        """Refused: a lattice has vectors, no sides."""
+        """Raises ValueError, since a lattice has vectors and no sides."""
         raise ValueError("cells of a lattice have no bounds; lattice has its vectors")
 
     @property
@@ -84,7 +84,7 @@ class LatticeCells(Cells):
         return images.point[cells.locate(self._lattice.wrapped(given))]
 
     def _find_neighbours(self) -> Neighbours:
-        # Twice as far: the cells of neighbours are right as well
+        # Twice as far, so that the cells of neighbours are correct as well
         reach = self._found[0] if self._found else self._enough_images()[0]
         images = self._lattice.images(self._points, 2 * reach)
         near = self._cells_of(images).neighbours()
@@ -115,7 +115,7 @@ class LatticeCells(Cells):
         return self._found[1:]
 
     def _enough_images(self) -> tuple[float, Images]:
-        """How far images are needed for cells to be right, and these images."""
+        """The distance up to which images are needed for correct cells, and these images."""
         lattice, n = self._lattice, len(self._points)
         most = 2 * lattice.covering_radius * (1 + 1e-12)
         reach = min(most, 6 * (lattice.volume / n) ** (1 / lattice.d))
@@ -123,7 +123,7 @@ class LatticeCells(Cells):
             images = lattice.images(self._points, reach)
             if reach >= most:
                 return reach, images
-            # Of too few images cells are too large, never too small
+            # With too few images cells are too large, never too small
             wanted = 2 * self._cells_of(images)._radii()[images.home].max() * (1 + 1e-12)
             if wanted <= reach:
                 return reach, images

@@ -1,4 +1,4 @@
-"""Which cells share a face, in compressed sparse rows."""
+"""Pairs of cells that share a face, in compressed sparse rows."""
 
 from __future__ import annotations
 

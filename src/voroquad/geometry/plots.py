@@ -23,7 +23,7 @@ SHRUNK = 0.85
 
 
 class Drawable(Protocol):
-    """What a picture needs of cells."""
+    """The properties of cells that a picture needs."""
 
     @property
     def points(self) -> Array: ...

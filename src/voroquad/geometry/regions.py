@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 Region: TypeAlias = "shapely.Polygon | shapely.MultiPolygon"
 
-#: How far outside a polygon a point may lie, relative to its coordinates, and pass for one on its border
+#: How far outside a polygon a point may lie, relative to its coordinates, and still count as on its border
 ON_BORDER = 1e-14
 
 
@@ -51,7 +51,7 @@ def region_of(domain: Any) -> Region:
 
 
 class RegionCells(Cells):
-    """What a polygon with holes holds of the cells of points in it.
+    """The parts of cells inside a polygon with holes.
 
     Distances are Euclidean, also across holes and bays, so a cell may consist of several pieces.
     """
@@ -123,7 +123,7 @@ class RegionCells(Cells):
 
 
 def _areas(parts: Any) -> NDArray[np.object_]:
-    """What has an area of each geometry: a cell may also touch the domain in points and lines."""
+    """The parts of each geometry that have an area, since a cell may also touch the domain in points and lines."""
     import shapely
 
     parts = np.asarray(parts, dtype=object)

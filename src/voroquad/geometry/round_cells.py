@@ -20,7 +20,7 @@ ROUND = 1e-12
 
 
 class RoundCells(Cells):
-    """What a ball, or a cylinder about the third axis, holds of cells; it touches the sides of its box.
+    """The parts of cells inside a ball, or inside a cylinder about the third axis, that touches the sides of its box.
 
     Such pieces have curved borders: they have measures, and no corners.
     """

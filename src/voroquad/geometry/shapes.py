@@ -76,7 +76,7 @@ class Polyhedra:
 
 
 def range_of(offsets: Integers, i: int) -> slice:
-    """Where the entries of cell i stand; negative i count from the end."""
+    """The range of the entries of cell i; negative i count from the end."""
     n = len(offsets) - 1
     if not -n <= operator.index(i) < n:
         raise IndexError(f"cell {i} of {n}")

@@ -1,4 +1,4 @@
-"""The unit sphere: points spread evenly over it, and the shares of it that points stand for."""
+"""The unit sphere: maps to it from the unit square, and areas of Voronoi cells on it."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from .._support.arrays import Array, Indices
 from .._support.checks import real_numbers, unit_points
 from .cells import cells
 
-RESOLUTION = 1e-6  # nearer than that, points count as one; also how far a length may miss 1, as in float32
+RESOLUTION = 1e-6  # points nearer than that count as one; also the tolerance of unit lengths, as in float32
 FLAT = 1e-9  # thickness over width of a set that counts as one of a circle
 ROUNDING = 1e-14  # thickness, root mean square, that tells nothing
 

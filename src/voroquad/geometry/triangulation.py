@@ -51,12 +51,12 @@ def triangulate(
     at, sites = ((places - origin) @ np.linalg.inv(vectors) for places in (corners, points))  # in periods
     period, same = np.where(periodic, lengths, 0), SAME * lengths.max()
     cluster, first = _clusters(sites * lengths, period, same * ONE_POINT / SAME)
-    # Across a seam the point that stands for others is the image that is near them
+    # Across a seam, the point that represents others is its image near them
     turns = np.where(periodic, np.floor(at), 0)
     home = at - turns
     turns -= np.where(periodic, np.round(sites - sites[first[cluster]]), 0)[owners]
     label, reference = _clusters(home * lengths, period, same)
-    # Of each owner the image that has a corner at the cluster's reference
+    # For each owner, the image that has a corner at the cluster's reference
     turns += np.where(periodic, np.round(home - home[reference[label]]), 0)
     rows = np.unique(np.column_stack([label, first[cluster][owners], -turns.astype(np.int64)]), axis=0)
     size = np.bincount(rows[:, 0])

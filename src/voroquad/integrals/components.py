@@ -1,4 +1,4 @@
-"""Several integrals of the same points: their covariance, and the errors of what is made of them."""
+"""Several integrals over the same points: their covariance, and the errors of sums and ratios."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from .._support.arrays import Array, Numbers
 from .estimates import Estimate
 from .structures import Form, mapped, part
 
-#: A denominator that is smaller than so many of its standard errors leaves the ratio without a reliable error.
+#: If a denominator is smaller than this number of its standard errors, the error of the ratio is not reliable.
 FEWEST_ERRORS = 4.0
 
 
@@ -24,7 +24,7 @@ class Linked:
     value : ndarray, (...)
         The numbers.
     deviations : ndarray, (..., m)
-        Of which the errors are made up: the covariance of numbers k and l is Σ_m D_km conj(D_lm), and rounding.
+        Deviations D that make up the errors: the covariance of numbers k and l is Σ_m D_km conj(D_lm), plus rounding.
     rounding : ndarray, (...)
         Standard error by rounding, which is independent from number to number.
     """

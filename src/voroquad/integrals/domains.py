@@ -19,7 +19,7 @@ from .trapezoids import Trapezoid, trapezoids
 #: Up to this dimension of the box maps are smooth, above it points are uniform (benchmarks/domain_maps.py).
 SMOOTH = 3
 
-#: A simplex with less of the volume of its polytope than this is flat but for rounding.
+#: A simplex with a smaller share of the volume of its polytope is flat up to rounding.
 FLAT = 1e-14
 
 
@@ -349,7 +349,7 @@ def _points(name: str, given: ArrayLike) -> Array:
 
 
 def _ring(name: str, given: ArrayLike) -> Array:
-    """Corners (m, 2) of a polygon, the last of which is not the first one again."""
+    """Corners (m, 2) of a polygon; the first is not repeated at the end."""
     ring = _points(name, given)
     if ring.shape[1] != 2:
         raise ValueError(f"{name} must be points of the plane (m, 2), got shape {ring.shape}")

@@ -64,8 +64,8 @@ class Estimate:
 class Values:
     """Values of a function (sets, fields, n), in units of 2^power, (fields,).
 
-    The largest of a component lies between ½ and 1: no square of what a rule makes of it over- or underflows,
-    and since rules are linear and units powers of two, not a bit of the result depends on them.
+    The largest of a component lies between ½ and 1, so no square in a rule over- or underflows. Rules are linear and
+    units are powers of two, so no bit of the result depends on the units.
     """
 
     scaled: Array

@@ -21,7 +21,7 @@ Map = Callable[..., Any]
 
 
 class _UnusableValueError(Exception):
-    """What func returned are no numbers. No ValueError: to call func point by point would not help."""
+    """func did not return numbers. It is not a ValueError, since calling func point by point would not help."""
 
 
 class Function:
@@ -171,7 +171,7 @@ class _Call:
                 self._keep(joined_points([leaves for _, leaves in each]))
             stacked = [np.stack(leaves, axis=-1) for leaves in zip(*(p[1] for p in points), strict=True)]
             return _one_structure(points), stacked, max(epsilon for _, _, epsilon in points)
-        except StopIteration as error:  # which would end the map silently
+        except StopIteration as error:  # which would silently end the map
             raise RuntimeError("func raised StopIteration") from error
         except Exception as error:
             if self.remote and not _survives_pickling(error):

@@ -144,7 +144,7 @@ def compile_expression(text: str, d: int) -> Formula:
     source = text.strip().replace("^", "**")
     try:
         with warnings.catch_warnings():
-            # What Python finds doubtful is refused or means what it says
+            # What Python warns about is either refused here or valid
             warnings.simplefilter("ignore", SyntaxWarning)
             tree = ast.parse(source, mode="eval").body
     except (SyntaxError, ValueError, MemoryError, RecursionError) as error:

@@ -16,7 +16,7 @@ from .structures import Answer, Branch, Form
 if TYPE_CHECKING:
     from ..cluster.store import Store
 
-#: Raise it when the same call has other points or batches.
+#: To be increased when the same call has other points or batches.
 FORMAT = 1
 
 #: Numbers of an array that a key holds as they are; more are told by their hash.

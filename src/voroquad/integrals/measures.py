@@ -369,7 +369,7 @@ class PiecewiseUniform:
             A position is not in its piece; what :func:`voroquad.weights` refuses in a piece.
         """
         if isinstance(samples, PiecewiseSamples):
-            self._split(samples.points)  # they are of this measure
+            self._split(samples.points)  # since they are samples of this measure
             pieces: Sequence[SampleSet | Array] = samples.pieces
         else:
             pieces = self._split(samples)
@@ -407,7 +407,7 @@ class PiecewiseUniform:
 
 
 def _unit_weights(points: SampleSet | Array, **options: Any) -> Array:
-    """Weights of points of the unit box whose dimension is known, so that even a single one is no matter of doubt."""
+    """Weights of points of the unit box. Their dimension is known, so a single point is not ambiguous."""
     if isinstance(points, np.ndarray) and points.ndim == 2:
         return unit_weights(points[None], **options)[0]
     return unit_weights(points, **options)

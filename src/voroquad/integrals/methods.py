@@ -1,4 +1,4 @@
-"""What `method` of :func:`voroquad.quad` names, and what goes with it."""
+"""The argument `method` of :func:`voroquad.quad`: the rule that it names, and the arguments that may accompany it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Regions made of pieces, each with samples of its own: the estimate is the sum of theirs."""
+"""Regions that consist of pieces. Each piece has its own samples, and the estimate is the sum over the pieces."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import Estimate
 from .regions import Region
 
-#: Pieces with fewer samples are joined: fewer have neither a good rule nor a good error.
+#: Pieces with fewer samples are joined, since there is neither a good rule nor a good error for so few.
 FEWEST = 16
 
-#: The warnings of a piece are those of the whole if it makes up so much of the squared error.
+#: A warning of a piece is one of the whole if the piece makes up at least this part of the squared error.
 MOSTLY = 0.5
 
 

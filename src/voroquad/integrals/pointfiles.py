@@ -67,7 +67,7 @@ def read_points(source: str | os.PathLike[str]) -> Array:
     """
     name = os.fspath(source)
     try:
-        text = Path(source).read_text(encoding="utf-8-sig")  # spreadsheets begin a file with a mark
+        text = Path(source).read_text(encoding="utf-8-sig")  # spreadsheets begin a file with a byte order mark
     except UnicodeDecodeError:
         raise ValueError(f"{name} is not UTF-8 text; {_EXPECTED}") from None
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]

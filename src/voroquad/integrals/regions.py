@@ -1,4 +1,4 @@
-"""Where to integrate, as a map from the unit box: finite and infinite limits, and limits that are functions."""
+"""Regions of integration as maps from the unit box: finite and infinite limits, and limits that are functions."""
 
 from __future__ import annotations
 
@@ -164,7 +164,7 @@ def interval(u: Array, a: Array, b: Array, loc: Any, scale: Any) -> tuple[Array,
     u = within(u)
     a, b, u, loc, s = np.broadcast_arrays(a, b, u, loc, scale)
     below, above = np.isinf(a), np.isinf(b)
-    with np.errstate(invalid="ignore", over="ignore"):  # of the cases that are not taken
+    with np.errstate(invalid="ignore", over="ignore"):  # in the branches that are not selected
         t = 2 * u - 1
         cases = [
             (~below & ~above, a + (b - a) * u, (b - a) * np.ones_like(u)),
@@ -177,12 +177,12 @@ def interval(u: Array, a: Array, b: Array, loc: Any, scale: Any) -> tuple[Array,
 
 
 def within(u: Array) -> Array:
-    """Points off the ends of the unit box, which may be limits at infinity."""
+    """Points moved off the ends of the unit box, which may correspond to limits at infinity."""
     return np.clip(u, 2.0**-54, 1 - 2.0**-53)
 
 
 def inside(x: Array, a: Array, b: Array, library: Library) -> Array:
-    """Points x in the library's precision; what rounding puts on a limit or beyond is moved inside."""
+    """Points x in the library's precision. Points that rounding puts on or beyond a limit are moved inside."""
     precision = library.precision()
     with np.errstate(over="ignore"):
         low, high, x = (limits.astype(precision) for limits in (a, b, x))

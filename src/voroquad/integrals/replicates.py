@@ -23,16 +23,19 @@ HIGHEST_DIMENSION = 20
 #: Fewest evaluations: eight for each replicate.
 FEWEST = 64
 
-#: Terms of a family at most, over the cube root of the evaluations: fits then cost as much as evaluating the terms.
+#: Largest number of terms of a family, divided by the cube root of the evaluations. With it, fits cost about as much as
+#: evaluating the terms.
 TERMS, MOST_TERMS = 14, 715
 
-#: Samples of a fit per term: no more take part in it, and a candidate has half of them or more.
+#: Samples per term of a fit: at most this many are used, and a candidate needs at least half as many.
 MOST_PER_TERM, FEWEST_PER_TERM = 20, 10
 
-#: What the standard error of the mean of replicates, as independent ones would have it, is multiplied by.
+#: Factor of the standard error of the mean of replicates, since they are not independent: each is corrected by
+#: polynomials that are fitted to the others.
 ERROR_SCALE = 1.3
 
-#: Parts of a net that judge a candidate, and what it must make of the plain mean's square.
+#: Number of parts of a net by which a candidate is judged; and the part of the plain mean's squared error that it may
+#: leave to be chosen.
 PARTS, WORTH = 32, 0.1
 
 #: Points of a call of the integrand.
@@ -43,9 +46,9 @@ POINTS_AT_ONCE = 1 << 15
 class ReplicateEstimator:
     r"""Scrambled Sobol' replicates with cross-fitted polynomials.
 
-    With P_r fitted to the other replicates the estimate of replicate r is ∫ P_r + mean(f − P_r). The candidate that P_r
-    is, is the one with the least squared residuals on replicate r + 1 among fits without both. So P_r knows nothing
-    of replicate r, whose points are uniform: each estimate is unbiased.
+    With P_r fitted to the other replicates the estimate of replicate r is ∫ P_r + mean(f − P_r). P_r is the candidate
+    with the least squared residuals on replicate r + 1, among fits without both replicates. So P_r does not depend on
+    replicate r, whose points are uniform, and each estimate is unbiased.
     """
 
     integrand: Integrand
@@ -114,7 +117,8 @@ class _Replicates:
         return self.integrand(np.asfortranarray(x))
 
     def _coefficients(self, moments: list[NormalEquations], points: list[Array], values: list[Array], r: int) -> Array:
-        """Those (terms, fields) of what replicate r corrects: for each component the candidate that the next judges."""
+        """Coefficients (terms, fields) of the polynomials that replicate r corrects: for each component the candidate
+        that is best on the next replicate."""
         q = (r + 1) % REPLICATES
         whole = sum(moments[1:], moments[0])
         judged = predicted(self.terms, fits(whole - moments[r] - moments[q], self.terms), points[q])
@@ -143,8 +147,9 @@ class _Replicates:
 def _best(residuals: Array) -> Indices:
     """The candidate (fields,) whose residuals (candidates, fields, n) on a net have the smallest sums over its parts.
 
-    Consecutive points are nets, too. What counts is not the size of the residuals but what a net leaves of them: the
-    plain mean, the first candidate, is hard to beat there, and another one must make a tenth of its square.
+    Consecutive points are nets, too. The criterion is not the size of the residuals but their error in the mean over a
+    net. There the plain mean, the first candidate, is hard to beat, and another candidate is chosen only if its squared
+    error is a tenth of that or less.
     """
     parts = residuals.reshape(*residuals.shape[:-1], PARTS, -1).mean(axis=-1)
     scores = parts.var(axis=-1)

@@ -1,4 +1,4 @@
-"""What :func:`voroquad.quad` returns, and how it is printed."""
+"""Results of :func:`voroquad.quad`, and how they are printed."""
 
 from __future__ import annotations
 

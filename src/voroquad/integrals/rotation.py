@@ -1,4 +1,5 @@
-"""Gaussian measures of many dimensions: the coordinates that matter most, learned from a pilot, come first."""
+"""Gaussian measures in many dimensions, rotated such that the coordinates that matter most, learned from a pilot, come
+first."""
 
 from __future__ import annotations
 
@@ -35,7 +36,7 @@ PARTS = 8
 class RotatedGaussian:
     """Independent normal coordinates, as a map from the unit box whose first axis is the direction `q[0]`, and so on.
 
-    x = mean + sd · qᵀ Φ⁻¹(u). A rotation keeps the Gaussian, whatever it is.
+    x = mean + sd · qᵀ Φ⁻¹(u). The Gaussian is invariant under every rotation.
 
     Parameters
     ----------
