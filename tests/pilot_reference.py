@@ -6,7 +6,7 @@ import itertools
 import math
 from bisect import bisect_right
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from functools import cache
 
 import numpy as np
@@ -68,8 +68,19 @@ def scrambled(index: int, keys: Array) -> Array:
     return point
 
 
-def pilot(f: Callable[[Array], Array], n: int, d: int, keys: Array) -> tuple[float, float, int]:
-    """Estimate, its standard error and the number of evaluations, of a function of points (d, n)."""
+def differences_of_halves(residuals: Array) -> Iterator[tuple[int, float]]:
+    """By scale the residuals, and what the sums of the halves of each block of 2^scale of them differ by."""
+    yield from ((0, r) for r in residuals)
+    for scale in range(1, len(residuals).bit_length()):
+        for block in residuals.reshape(-1, 2, 2 ** (scale - 1)).sum(axis=2):
+            yield scale, block[0] - block[1]
+
+
+def pilot(f: Callable[[Array], Array], n: int, d: int, keys: Array) -> tuple[float, Array, int]:
+    """Of a function of points (d, n) the estimate, sums of squares and fourth powers, and the number of evaluations.
+
+    The sums are (2, levels, scales).
+    """
     k = int((n / 4) ** (1 / d) + 1e-9)
     sizes = [r for r in ((1, 3, 5, 7, 9, 11) if d < 3 else (1, 3, 5, 7, 9)) if r <= k]
     cells = list(itertools.product(range(k), repeat=d))
@@ -99,7 +110,7 @@ def pilot(f: Callable[[Array], Array], n: int, d: int, keys: Array) -> tuple[flo
 
     morton = {c: sum((c[a] >> q & 1) << (q * d + a) for q in range(16) for a in range(d)) for c in cells}
     taken: Counter[int] = Counter()
-    total, squares, used = 0.0, 0.0, len(cells)
+    total, powers, used = 0.0, np.zeros((2, 15, 15)), len(cells)
     for cell in sorted(cells, key=morton.__getitem__):
         r, level = sizes[pick[cell]], int(levels.reshape(grid.shape)[cell])
         m, sequence = 2**level, level * (6 if d < 3 else 5) + int(pick[cell])
@@ -118,6 +129,7 @@ def pilot(f: Callable[[Array], Array], n: int, d: int, keys: Array) -> tuple[flo
         residuals = y - predicted([np.array([p(x) for p in polys]) for polys, x in zip(axes, v.T, strict=True)])
         of_cell = predicted([np.array([[mean_over_cell(p)] for p in polys]) for polys in axes])
         total += float(of_cell[0]) + residuals.mean()
-        squares += np.square(residuals / m).sum()
+        for scale, difference in differences_of_halves(residuals):
+            powers[:, level, scale] += difference**2, difference**4
         used += m
-    return total / len(cells), math.sqrt(squares) / len(cells), used
+    return total / len(cells), powers, used

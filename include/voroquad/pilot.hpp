@@ -25,6 +25,7 @@
 #include <voroquad/detail/fail.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/pilot/allocation.hpp>
+#include <voroquad/detail/pilot/differences.hpp>
 #include <voroquad/detail/pilot/indicator.hpp>
 #include <voroquad/detail/pilot/morton.hpp>
 #include <voroquad/detail/pilot/sobol.hpp>
@@ -109,6 +110,13 @@ public:
         const auto cells = static_cast<double>(cells_);
         for (double &x : found) x = std::pow(cells / x, 1.5) / cells;
         return found;
+    }
+
+    // How many cells plan() has given each stencil, of a component
+    std::array<std::size_t, detail::stencil_count<D>> picked(std::size_t field) const {
+        std::array<std::size_t, detail::stencil_count<D>> count{};
+        for (std::size_t i = 0; i < cells_; ++i) ++count[pick_[field * cells_ + i]];
+        return count;
     }
 
     // Draws the samples of a part and returns their number.
@@ -332,13 +340,15 @@ private:
         }
         const double mean = detail::contract<D, R>(grid, stride_, w);
         double sum = 0.0, square = 0.0, size = 0.0, absolute = 0.0, value_square = 0.0;
-        detail::WorstCell worst{.cell = index};
+        detail::WorstCell worst{.cell = index, .samples = cell.samples()};
+        detail::Halving halving;
         for (std::size_t j = cell.first; j < cell.first + cell.samples(); ++j) {
             if constexpr (R > 1)
                 for (std::size_t a = 0; a < D; ++a)
                     detail::lagrange<R>(offsets_[j * D + a], at[a], stencil.inverse, w[a].data());
             const double y = values[j], p = detail::contract<D, R>(grid, stride_, w), r = y - p;
             sum += r;
+            halving.take(j - cell.first, r, cell.level, sums.differences);
             square += r * r;
             size += std::abs(p);
             absolute += std::abs(y);
@@ -353,6 +363,7 @@ private:
         sums.integral.add(mean);
         sums.integral.add(sum * share);
         sums.midpoints.add(centre);
+        sums.signed_means.add(index, sum * share);
         worst.square = square * share * share;
         sums.square += worst.square;
         sums.size += std::abs(mean) + (absolute + size) * share;

@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <string>
 
+#include <nanobind/stl/vector.h>
+
 #include <voroquad/pilot.hpp>
 
 using namespace voroquad;
@@ -104,10 +106,47 @@ void bind_rule(nb::module_ &m) {
             "worst",
             [](const Rule &r, std::size_t field) {
                 const auto &w = r.sums(field).worst;
-                return nb::make_tuple(w.cell, w.square, w.residual, w.value);
+                return nb::make_tuple(w.cell, w.samples, w.square, w.residual, w.value);
             },
             "field"_a,
-            "The cell with the largest share of the error: its index, square, residual, value.");
+            "The cell with the largest share: its index, number of samples, square, residual, "
+            "value.");
+    rule.def(
+            "differences",
+            [](const Rule &r) {
+                using Differences = detail::DifferenceSums;
+                constexpr std::size_t levels = Differences::levels;
+                std::vector<double> out(2 * r.fields() * levels * levels);
+                const auto all = [&](double *to, auto part) {
+                    for (std::size_t f = 0; f < r.fields(); ++f)
+                        for (std::size_t level = 0; level < levels; ++level, to += levels)
+                            for (std::size_t scale = 0; scale <= level; ++scale)
+                                to[scale] = (r.sums(f).differences.*part)(level, scale);
+                };
+                all(out.data(), &Differences::square);
+                all(out.data() + out.size() / 2, &Differences::fourth);
+                return own(std::move(out), {2, r.fields(), levels, levels});
+            },
+            "Sums of squares and of fourth powers (2, fields, levels, scales).")
+        .def(
+            "picked",
+            [](const Rule &r, std::size_t field) {
+                const auto count = r.picked(field);
+                return std::vector<std::size_t>(count.begin(), count.end());
+            },
+            "field"_a, "How many cells have each stencil.")
+        .def_prop_ro(
+            "deviations",
+            [](const Rule &r) {
+                std::vector<double> out;
+                for (std::size_t f = 0; f < r.fields(); ++f) {
+                    const auto &part = r.sums(f).signed_means.part;
+                    out.insert(out.end(), part.begin(), part.end());
+                }
+                const std::size_t parts = out.size() / r.fields();
+                return own(std::move(out), {r.fields(), parts});
+            },
+            nb::rv_policy::automatic);
     using Sums = detail::PilotSums;
     bind_sums(rule, "integral", [](const Sums &s) { return s.integral.value(); });
     bind_sums(rule, "midpoints", [](const Sums &s) { return s.midpoints.value(); });

@@ -17,6 +17,7 @@ from voroquad.integrals.evaluation import Function
 from voroquad.integrals.integrand import Integrand
 from voroquad.integrals.library import Library
 from voroquad.integrals.pilot import RULES, PilotRun, grid_side
+from voroquad.integrals.pilot_error import variance
 from voroquad.integrals.regions import Box
 from voroquad.study.genz import instances
 
@@ -36,10 +37,12 @@ def test_every_number_is_that_of_the_definition(d, n):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", vq.IntegrationWarning)
         r = vq.quad(rough, np.zeros(d), np.ones(d), n_points=n, method="pilot", rng=5)
-    estimate, error, evaluations = pilot(rough, n, d, keys_of(5, d))
+    estimate, (squares, fourths), evaluations = pilot(rough, n, d, keys_of(5, d))
+    of_sum, freedom = variance(squares[None], fourths[None])
     assert r.n_evaluations == evaluations <= n
     assert r.integral == pytest.approx(estimate, rel=1e-12)
-    assert r.standard_error == pytest.approx(error, rel=1e-9)
+    assert r.standard_error == pytest.approx(math.sqrt(of_sum[0]) / grid_side(n, d) ** d, rel=1e-6)
+    assert r.degrees_of_freedom == pytest.approx(freedom[0], rel=1e-6)
 
 
 @pytest.mark.parametrize(("d", "n", "degree"), [(1, 64, 9), (2, 1024, 9), (3, 4096, 7)])
@@ -111,6 +114,27 @@ def test_components_share_the_samples():
     plain = vq.quad(func, [0, 0], [1, 1], n_points=16_384, method="plain", rng=1)
     assert (r.standard_error < plain.standard_error / 2).all()
     assert (np.abs(r.integral - [0.08, 1.0092]) < 4 * r.standard_error).all()
+
+
+def test_errors_of_components_are_linked():
+    """The first two sum to 1, which has no error; the last is independent of them."""
+
+    def func(x: np.ndarray) -> np.ndarray:
+        return np.stack([x[0] < 0.3, x[0] >= 0.3, np.sqrt(x[1])])
+
+    r = vq.quad(func, [0, 0], [1, 1], n_points=4096, method="pilot", rng=1)
+    low, high, other = r.standard_error
+    assert np.sqrt(np.diag(r.covariance)) == pytest.approx([low, high, other])
+    assert r.linear([1, 1, 0]).standard_error < 1e-9 * low
+    assert r.ratio(0, 1).standard_error == pytest.approx(low / 0.7**2, rel=0.01)
+    assert abs(r.covariance[0, 2]) < 0.5 * low * other
+
+
+def test_it_says_what_predicts_each_component():
+    r = vq.quad(lambda x: np.stack([x[0], x[0] < 0.3]), [0, 0], [1, 1], n_points=4096, method="pilot", rng=1)
+    smooth, edge = r.rule
+    assert smooth.startswith("pilot grid of 32 × 32 cells, stencil of ")
+    assert edge == "pilot grid of 32 × 32 cells, stencil of 1"
 
 
 @pytest.mark.parametrize("power", [-1000, -600, 600, 1000])

@@ -10,10 +10,12 @@ from numpy.typing import NDArray
 
 from .. import _core
 from .._support.arrays import Array
+from ..rules.chosen_fits import counted
 from ..rules.fit import ROUNDING
 from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import FEWEST_STRATA, SURPRISE, Estimate, unresolved
 from .integrand import Integrand
+from .pilot_error import variance
 from .spread import across
 
 #: Highest dimension in which the rule exists.
@@ -27,6 +29,9 @@ GRID_SHARE = 0.25
 
 #: The most cells: beyond, all further evaluations are samples, and memory stays what it is, 184 MB a component.
 MOST_CELLS = 1 << 24
+
+#: Samples of a cell which tell its error even where they alone make up the error.
+MANY_SAMPLES = 16
 
 #: Points of a call of the integrand, about; a cell may have 2^14 samples.
 POINTS_AT_ONCE = 1 << 17
@@ -148,7 +153,7 @@ class PilotRun:
 
         With D_c the sum over the cells of part c of their means minus the values at their centres, the sum of all D is
         estimated by B times the mean of b of them, B being their number. Its variance is B² (1 − b/B) s²/b for the
-        choice of the parts, and B/b times that of the samples in them.
+        choice of the parts, and B/b times that of the samples in them, at most Σ (r/m)² with the residuals r.
         """
         b, whole = len(self.steps), self.parts
         if b < 2:
@@ -163,7 +168,7 @@ class PilotRun:
     def _estimate(self) -> Estimate:
         rule, cells = self.rule, self.cells
         mean, rounding = rule.integral / cells, ROUNDING * self.integrand.epsilon * rule.size / cells
-        error = np.hypot(np.sqrt(rule.square) / cells, rounding)
+        error, freedom = self._error(rounding)
         warnings = []
         if not self.integrand.empty:
             zero = self.grid_is_zero & (rule.value_square == 0)
@@ -171,15 +176,36 @@ class PilotRun:
             if surprise := self._surprise():
                 warnings += [] if any(w.kind == "few-samples" for w in warnings) else [surprise]
         mean, error, rounding = (np.ldexp(x, self.power) for x in (mean, error, rounding))
-        return Estimate(mean, error, rounding, cells + self.samples, math.inf, tuple(warnings))
+        return Estimate(
+            mean, error, rounding, cells + self.samples, freedom, tuple(warnings), rule.deviations, self._told()
+        )
+
+    def _error(self, rounding: Array) -> tuple[Array, float]:
+        """Standard error, rounding included, and the degrees of freedom of the component that has fewest."""
+        of_sum, freedom = variance(*self.rule.differences())
+        sampled, whole = of_sum / self.cells**2, of_sum / self.cells**2 + np.square(rounding)
+        share = np.divide(sampled, whole, out=np.zeros_like(whole), where=whole > 0)
+        freedom = np.divide(freedom, np.square(share), out=np.full(len(share), np.inf), where=share > 0)
+        return np.sqrt(whole), float(freedom.min())
+
+    def _told(self) -> tuple[str, ...]:
+        """The grid, and which stencils predict in how many of its cells, by component."""
+        grid = f"pilot grid of {' × '.join([str(self.k)] * self.integrand.d)} cells"
+        counts = [self.rule.picked(f) for f in range(len(self.power))]
+        names = [f"stencil of {2 * q + 1}" for q in range(len(counts[0]))]
+        return tuple(f"{grid}, {counted(names, of_field, 'cells')}" for of_field in counts)
 
     def _surprise(self) -> IntegrationWarning | None:
         """A warning where one cell makes up the error of a component and a value there came as a surprise."""
         if self.cells < FEWEST_STRATA:
             return None
         for f, (total, largest) in enumerate(zip(self.rule.square, self.rule.largest, strict=True)):
-            cell, square, residual, value = self.rule.worst(f)
-            if square > 0.5 * total and residual >= max(value / 2, SURPRISE * max(largest, 0.5)):
+            cell, samples, square, residual, value = self.rule.worst(f)
+            if (
+                samples < MANY_SAMPLES
+                and square > 0.5 * total
+                and residual >= max(value / 2, SURPRISE * max(largest, 0.5))
+            ):
                 centre = RULES[self.integrand.d].centres(self.k, cell, cell + 1)
                 x, _ = self.integrand.pull_back(centre)
                 return diagnosis("one-stratum", x=x[:, 0].tolist(), share=round(square / total, 3))

@@ -19,6 +19,6 @@ def across(found: list[Estimate], shared: int = 0) -> Estimate:
     warnings = {w.kind: w for e in found for w in e.warnings}
     n = sum(e.n - shared for e in found) + shared
     mean = means.mean(axis=0)
-    return Estimate(
-        mean, np.hypot(error, rounding), rounding, n, len(found) - 1, tuple(warnings.values()), (means - mean).T
-    )
+    error, deviations = np.hypot(error, rounding), (means - mean).T
+    rules = found[0].rules if len({e.rules for e in found}) == 1 else ()
+    return Estimate(mean, error, rounding, n, len(found) - 1, tuple(warnings.values()), deviations, rules)

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections import Counter
 from collections.abc import Sequence
 from functools import partial
 
@@ -87,9 +86,21 @@ def told(names: Sequence[str], chosen: Indices, parts: str) -> tuple[str, ...]:
     >>> told(["kriging", "degree 3"], np.array([[[1, 0, 1], [1, 1, 1]]]), "colours")
     ('degree 3 in 2 of 3 colours, kriging in 1', 'degree 3')
     """
-    texts = []
-    for field in np.moveaxis(chosen, 1, 0):
-        (first, most), *others = Counter(field.ravel().tolist()).most_common()
-        rest = "".join(f", {names[k]} in {count}" for k, count in others)
-        texts.append(f"{names[first]} in {most} of {field.size} {parts}{rest}" if others else names[first])
-    return tuple(texts)
+    fields = np.moveaxis(chosen, 1, 0)
+    return tuple(counted(names, np.bincount(field.ravel(), minlength=len(names)).tolist(), parts) for field in fields)
+
+
+def counted(names: Sequence[str], counts: Sequence[int], parts: str) -> str:
+    """The names that count, the most frequent first.
+
+    Examples
+    --------
+    >>> from voroquad.rules.chosen_fits import counted
+    >>> counted(["kriging", "degree 2", "degree 3"], [1, 0, 2], "colours")
+    'degree 3 in 2 of 3 colours, kriging in 1'
+    """
+    first, *others = sorted((-count, k) for k, count in enumerate(counts) if count)
+    if not others:
+        return names[first[1]]
+    rest = "".join(f", {names[k]} in {-count}" for count, k in others)
+    return f"{names[first[1]]} in {-first[0]} of {sum(counts)} {parts}{rest}"

@@ -2,10 +2,13 @@
 #pragma once
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/pilot/differences.hpp>
 
 namespace VOROQUAD::detail {
 
@@ -30,7 +33,24 @@ private:
 // The cell with the largest share of the squared error, and its worst residual
 struct WorstCell {
     double square = -1.0, residual = 0.0, value = 0.0;
-    std::size_t cell = 0;
+    std::size_t cell = 0, samples = 0;
+};
+
+// Sums of random numbers with random signs, each in one of a few parts by the hash of its cell. For
+// two components Σ x y over the parts is Σ x y over the cells in the mean over the hashes, and what
+// is linear in the components stays so.
+struct SignedSums {
+    std::array<double, 64> part{};
+
+    void add(std::size_t cell, double x) {
+        std::uint64_t h = (cell + 1) * std::uint64_t{0x9E3779B97F4A7C15}; // splitmix64's finalizer
+        h = (h ^ (h >> 30)) * std::uint64_t{0xBF58476D1CE4E5B9};
+        h = (h ^ (h >> 27)) * std::uint64_t{0x94D049BB133111EB};
+        part[h >> 58] += h & 1 ? x : -x;
+    }
+    void add(const SignedSums &other) {
+        for (std::size_t i = 0; i < part.size(); ++i) part[i] += other.part[i];
+    }
 };
 
 // Sums over cells, in each over its m samples y with predictions P and residuals r = y − P
@@ -43,6 +63,8 @@ struct PilotSums {
     double value_square = 0.0; // Σ (y/m)²
     double largest = 0.0;      // |y|
     WorstCell worst;
+    DifferenceSums differences;
+    SignedSums signed_means; // (1/m) Σ r
 
     void add(const PilotSums &other) {
         integral.add(other.integral);
@@ -53,6 +75,8 @@ struct PilotSums {
         value_square += other.value_square;
         largest = std::max(largest, other.largest);
         if (other.worst.square > worst.square) worst = other.worst;
+        differences.add(other.differences);
+        signed_means.add(other.signed_means);
     }
 };
 
