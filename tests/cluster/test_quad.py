@@ -108,10 +108,11 @@ def test_ten_kills_of_workers_change_no_bit():
     ):
 
         def kill(p: vq.Progress) -> None:
-            # A nanny gives up a process that dies before it has reached the scheduler
-            known = cluster.scheduler.workers
-            alive = [w.process.process.pid for w in cluster.workers.values() if w.process and w.worker_address in known]
-            if p.n_evaluations >= next_kill[0] and len(killed) < 10 and alive:
+            if p.n_evaluations < next_kill[0] or len(killed) == 10:
+                return
+            # Those that answer: a nanny gives up a process that dies before it has reached the scheduler
+            alive = list(client.run(os.getpid, on_error="ignore").values())
+            if alive:
                 killed.append(rng.choice(alive))
                 os.kill(killed[-1], signal.SIGKILL)
                 next_kill[0] += rng.randrange(80, 190)
