@@ -1,5 +1,6 @@
 """The examples run, and what they print is what they promise."""
 
+import math
 import os
 import re
 import subprocess
@@ -57,3 +58,13 @@ def test_particles(tmp_path):
     assert clustered[1] > 2 * gas[1]
     assert abs(gas[2] - (2 + 48 / 35 * 3.14159265**2)) < 0.1  # of a Poisson process (Meijering 1953)
     assert (tmp_path / "particles.png").stat().st_size > 10_000
+
+
+def test_peaks(tmp_path):
+    found = [[float(x) for x in re.findall(r"[\d.]+", line)] for line in lines("peaks.py", "-o", tmp_path)]
+    (peak, *_, boxes), (ridge, *_, more_boxes) = found
+    one = math.prod((math.atan((1 - m) * 100) + math.atan(m * 100)) * 100 for m in (0.3, 0.62))
+    assert peak == pytest.approx(one * (math.e - 1) ** 2, rel=0.01)
+    assert ridge == pytest.approx((math.sqrt(math.pi) * 0.03 - 0.03**2) * (math.e - 1) ** 2, rel=0.05)
+    assert more_boxes > boxes > 0
+    assert (tmp_path / "peaks.png").stat().st_size > 10_000

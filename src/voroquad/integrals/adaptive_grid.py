@@ -15,7 +15,7 @@ from .pilot import RULES, PilotRun, grid_side
 from .regions import Region
 from .separable_map import MappedRegion, SeparableMap
 
-#: Learner rounds that learn a map.
+#: Pilot rounds that learn a map.
 ROUNDS = 2
 
 

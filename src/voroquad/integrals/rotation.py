@@ -29,8 +29,9 @@ FEWEST_PER_DIMENSION = 4
 #: Gauss-Newton steps at most; inner knots of splines at most, and points for each; bins of the gradients.
 STEPS, KNOTS, PER_KNOT, BINS = 8, 8, 16, 8
 
-#: Parts of the evaluations: one is the pilot's, the others are replicates.
-PARTS = 8
+#: Parts of the evaluations, each the size of a replicate at least; the pilot takes half of one. Kinks and jumps along
+#: the first directions gain more from large nets than from many.
+PARTS = 4
 
 
 class RotatedGaussian:
@@ -75,7 +76,7 @@ class RotatingEstimator:
     estimator : callable
         Takes a region and the number of replicates, and returns what estimates from at most so many samples of each.
     sets : int
-        Replicates that are asked for; the pilot of several is beside them. A single one is split into 7 to 15.
+        Replicates that are asked for; the pilot of several is beside them. A single one is split into 3 to 7.
     rng : numpy.random.Generator
         Of the pilot.
     """
@@ -89,7 +90,8 @@ class RotatingEstimator:
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations of each set."""
         d = self.gaussian.d
-        pilot = size = 1 << max(0, (n // PARTS).bit_length() - 1)
+        size = 1 << max(0, (n // PARTS).bit_length() - 1)
+        pilot = size // 2
         if pilot < FEWEST_PER_DIMENSION * d:
             return self.estimator(self.gaussian, self.sets)(n)
         sets, each = (self.sets, n) if self.sets > 1 else ((n - pilot) // size, size)
