@@ -1,13 +1,15 @@
 """Kriging by tiles: each predicts its own strata from its samples, and from those of no group that is left out."""
 
+import math
+
 import numpy as np
 import pytest
 
 import voroquad as vq
 from voroquad.designs.multi_jittered import period
-from voroquad.rules.kriging import Kriging, model
+from voroquad.rules.kriging import Kriging
 from voroquad.rules.kriging_rules import krige_strata, strata_in_colours
-from voroquad.rules.tiled_kriging import MARGIN, SIDE, TiledKriging, tiles
+from voroquad.rules.tiled_kriging import MARGIN, SIDE, TiledKriging, tile_model, tiles
 
 
 @pytest.mark.parametrize(("n", "d"), [(56, 2), (60, 3), (108, 4)])
@@ -60,7 +62,7 @@ def test_what_a_tile_predicts_is_kriging_from_its_other_samples():
         def without(out, tile=tile, colours=colours):
             """Prediction from the tile's samples of other colours, and the values of these."""
             kept = tile.strata[~np.isin(colours, out)]
-            return Kriging(x[kept], model(len(tile.strata), 2)), f[:, kept]
+            return Kriging(x[kept], tile_model(len(tile.strata), 512, 2)), f[:, kept]
 
         kriging, known = without([4])
         own_4 = tile.strata[own & (colours == 4)]
@@ -76,17 +78,20 @@ def test_what_a_tile_predicts_is_kriging_from_its_other_samples():
     np.testing.assert_allclose(squares[0, :, 1], expected, rtol=1e-7)
 
 
-def test_tiles_lose_little_to_kriging_from_all_samples():
-    """On a wave and an edge, the squared error over 30 sets."""
-    samples = vq.sample("multi-jittered", 512, 2, sets=30, rng=3)
+def test_tiles_lose_nothing_to_kriging_from_all_samples():
+    """On a narrow bell, a wave and an edge, the squared error over 16 sets."""
+    samples = vq.sample("multi-jittered", 512, 2, sets=16, rng=3)
     x = samples.points
-    f = np.stack([np.cos(15 * x[..., 0] + 9 * x[..., 1]), 1.0 * (x[..., 0] + 2 * x[..., 1] < 1.3)], axis=1)
-    wave = (np.exp(15j) - 1) / 15j * (np.exp(9j) - 1) / 9j
-    truth = np.array([wave.real, 0.4])
+    bell = np.exp(-((10 * (x - [0.4, 0.6])) ** 2).sum(axis=-1))
+    wave = np.cos(15 * x[..., 0] + 9 * x[..., 1])
+    f = np.stack([bell, wave, 1.0 * (x[..., 0] + 2 * x[..., 1] < 1.3)], axis=1)
+    of_wave = (np.exp(15j) - 1) / 15j * (np.exp(9j) - 1) / 9j
+    of_bell = math.pi / 400 * math.prod(math.erf(10 * (1 - c)) + math.erf(10 * c) for c in (0.4, 0.6))
+    truth = np.array([of_bell, of_wave.real, 0.4])
     whole, _ = krige_strata(x, samples.strata, 3, f, 1)
     errors = []
     for one, values in zip(x, f, strict=True):
         tiled = TiledKriging(one, samples.strata, 3, 1)
         errors.append(values @ tiled.weights(0, np.arange(9)).sum(axis=0) / 512 - truth)
     before = np.square((whole[:, None] * f).sum(axis=-1) - truth).mean(axis=0)
-    assert (np.square(errors).mean(axis=0) < 2 * before).all()
+    assert (np.square(errors).mean(axis=0) < 1.5 * before).all()

@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
 
 from .._support.arrays import Array, Indices
 from .groups import Groups
-from .kriging import Kriging, model
+from .kriging import Kriging, Model, model
 from .kriging_rules import strata_in_colours
 from .polynomials import Intervals
 
@@ -71,6 +71,11 @@ def tiles(strata: tuple[int, ...], period: int) -> tuple[Tile, ...]:
     return tuple(found)
 
 
+def tile_model(n: int, samples: int, d: int) -> Model:
+    """The model of a tile with n of all samples: the covariance of all, and a drift of no more terms than n allow."""
+    return replace(model(samples, d), degree=model(n, d).degree)
+
+
 def _ranges(k: int, side: int) -> Iterator[tuple[int, int]]:
     """Strata 0 … k − 1 in parts of at least `side`, about equal."""
     ends = np.linspace(0, k, max(1, k // side) + 1).round().astype(int)
@@ -101,7 +106,7 @@ class TiledKriging:
     def __init__(self, points: Array, strata: tuple[int, ...], period: int, threads: int):
         self._n = len(points)
         self._tiles = tiles(strata, period)
-        self._predictions = [_Prediction(tile, points[tile.strata], threads) for tile in self._tiles]
+        self._predictions = [_Prediction(tile, points[tile.strata], self._n, threads) for tile in self._tiles]
 
     def squares(self, pairs: Indices, values: Array) -> Array:
         """As :class:`voroquad.rules.model_choice.Candidates` has it."""
@@ -133,10 +138,9 @@ class TiledKriging:
 class _Prediction:
     """What is predicted of a tile."""
 
-    def __init__(self, tile: Tile, points: Array, threads: int):
-        n, d = points.shape
+    def __init__(self, tile: Tile, points: Array, samples: int, threads: int):
         self._tile = tile
-        self.kriging = Kriging(points, model(n, d), threads)
+        self.kriging = Kriging(points, tile_model(len(points), samples, points.shape[1]), threads)
 
     def samples(self, sets: Indices) -> Indices:
         """The members (sets, size) of sets of groups (sets, groups)."""
