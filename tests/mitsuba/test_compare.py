@@ -41,7 +41,7 @@ def test_results_name_files_that_exist(small):
     names = [name for s in read.sections for f in s.figures for name in (f.png, f.svg, f.csv)]
     (comparison_,) = (c for s in read.sections for c in s.comparisons)
     names += [comparison_.reference, comparison_.csv, *(r.exr for r in comparison_.renderings)]
-    assert len(names) == 3 + 2 + RENDERINGS
+    assert len(names) == 6 + 2 + RENDERINGS
     (grid,) = (g for s in read.sections for g in s.grids)
     assert grid.rows == ["stratified + blend", "Sobol' + blend"]
     names += [png for row in grid.pngs for png in row]

@@ -10,8 +10,17 @@ import numpy as np
 from ..results.equal_error import equal_error_ratio
 from ..results.manifest import Figure, ImageComparison, ImageGrid, Plot, Rendering, Section
 from ..results.power_law import fit_power_law
-from .figures import ErrorCurve, Window, closeup_windows, difference_png, image_png, mse_figure, share_png
-from .measurements import MeasuredImages, Reference
+from .figures import (
+    ErrorCurve,
+    Window,
+    closeup_windows,
+    difference_png,
+    image_png,
+    mse_figure,
+    share_png,
+    write_spectra,
+)
+from .measurements import MeasuredImages, Reference, error_spectrum
 from .methods import UNIFORM, RenderMethod
 from .render import write_image
 
@@ -45,6 +54,7 @@ def write_comparison(
         "zoomed; each with its error on the one scale of the colour bar.",
         [(w[1].start, w[0].start, w[1].stop - w[1].start, w[0].stop - w[0].start) for w in windows],
     )
+    spectrum_figure = _write_spectra(folder, reference, [m for m in measured if m.spp == _middle(spp)])
     blended = [m for m in measured if m.share is not None]
     mse = "mean squared error"
     error_figure = Figure(
@@ -71,7 +81,7 @@ def write_comparison(
             f"per pixel in all; half of it against the other half puts its own MSE at {reference.mse:.2g}. {taken}",
             comparisons=[comparison],
         ),
-        Section("Errors", figures=[error_figure]),
+        Section("Errors", figures=[error_figure, spectrum_figure]),
         *([Section("Blend", grids=[_shares(folder, blended, spp)])] if blended else []),
     ]
 
@@ -140,6 +150,29 @@ def _write_closeups(folder: Path, reference: Reference, measured: list[MeasuredI
         for k, window in enumerate(windows):
             image_png(image[window], folder / f"{name}-{k + 1}.png", magnify=4)
     return windows
+
+
+def _write_spectra(folder: Path, reference: Reference, measured: list[MeasuredImages]) -> Figure:
+    """Write the spectra of the errors of images at one spp, and their picture."""
+    spectra = {m.method.label: error_spectrum(m.image - reference.image) for m in measured}
+    with (folder / "spectrum.csv").open("w", newline="", encoding="utf-8") as file:
+        writer = csv.writer(file)
+        writer.writerow(["method", "spp", "frequency", "power"])
+        for m in measured:
+            for frequency, power in zip(*spectra[m.method.label], strict=True):
+                writer.writerow([m.method.label, m.spp, f"{frequency:.4f}", f"{power:.4e}"])
+    write_spectra(folder / "spectrum", [(m.method.label, m.method.line, *spectra[m.method.label]) for m in measured])
+    return Figure(
+        "spectrum.png",
+        f"Power of the error at {measured[0].spp} samples per pixel by spatial frequency, mean over directions. Errors "
+        "that are independent from pixel to pixel have equal power at all frequencies. Power at low frequencies is "
+        "what a blur leaves, and what the eye sees from afar.",
+        "Log-log plot of the power of the error of each method by spatial frequency",
+        "spectrum.svg",
+        "spectrum.csv",
+        [Plot("frequency", "power", "cycles per pixel", "power of the error")],
+        lines={m.method.label: m.method.line for m in measured},
+    )
 
 
 def _middle(spp: list[int]) -> int:

@@ -96,3 +96,22 @@ def mse_figure(stem: Path, curves: list[ErrorCurve], reference_mse: float) -> No
         label_line_ends(axes, spp[-1], labels)
         figure.savefig(stem.with_suffix(".png"))
         figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
+
+
+def write_spectra(stem: Path, spectra: list[tuple[str, Line, Array, Array]]) -> None:
+    """Log-log plot of spectra, each with name, look, frequencies and powers, as .png and .svg beside `stem`."""
+    labels = []
+    with house_style():
+        figure = new_figure(1.6 + 0.28 * max(10, len(spectra)))
+        axes = figure.add_subplot()
+        for label, line, frequency, power in spectra:
+            axes.plot(frequency, power, color=line.color, ls=line.dash, **_MARKERS[line.marker] | {"marker": "none"})
+            labels.append(LineLabel(label, power[-1], line.color))
+        end = max(frequency[-1] for _, _, frequency, _ in spectra)
+        axes.set(xscale="log", yscale="log", xlabel="cycles per pixel", xlim=(spectra[0][2][0] * 0.9, end * 1.05))
+        axes.set_title("Power of the error by frequency")
+        axes.grid(True, axis="y")
+        figure.draw_without_rendering()
+        label_line_ends(axes, end, labels)
+        figure.savefig(stem.with_suffix(".png"))
+        figure.savefig(stem.with_suffix(".svg"), metadata={"Date": None})
