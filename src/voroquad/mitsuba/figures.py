@@ -108,7 +108,11 @@ def write_spectra(stem: Path, spectra: list[tuple[str, Line, Array, Array]]) -> 
             axes.plot(frequency, power, color=line.color, ls=line.dash, **_MARKERS[line.marker] | {"marker": "none"})
             labels.append(LineLabel(label, power[-1], line.color))
         end = max(frequency[-1] for _, _, frequency, _ in spectra)
-        axes.set(xscale="log", yscale="log", xlabel="cycles per pixel", xlim=(spectra[0][2][0] * 0.9, end * 1.05))
+        start = spectra[0][2][0]
+        axes.set(xscale="log", yscale="log", xlabel="cycles per pixel", xlim=(start * 0.9, end * 1.05))
+        ticks = [tick for tick in (0.01, 0.02, 0.05, 0.1, 0.2, 0.5) if start * 0.9 <= tick <= end * 1.05]
+        axes.set_xticks(ticks, [f"{tick:g}" for tick in ticks])
+        axes.xaxis.set_minor_locator(NullLocator())
         axes.set_title("Power of the error by frequency")
         axes.grid(True, axis="y")
         figure.draw_without_rendering()
