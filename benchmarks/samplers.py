@@ -1,11 +1,12 @@
 """The sampler ``owensobol`` beside Mitsuba's five, in all scenes: the pixels' areas are sampled, nothing is weighted.
 
-    python benchmarks/samplers.py [--spp 16,64,256] [scene …]
+    python benchmarks/samplers.py [--spp 16,64,256] [--samplers zsobol,owen-sobol] [scene …]
 
 Scene after scene goes to benchmarks/results/samplers.csv, in the place of what was measured before. Errors are those of
 images of 160×120 pixels against a reference (`scene_measures`): MSE, mean ꟻLIP, and MSE after a Gaussian blur of σ
 pixels, means over SEEDS renders with standard errors. The reference's own variance is taken off the MSE; after the blur
-1/(4πσ²) of it, as its pixels are independent. `adaptive` shares out samples, as many on average, by owensobol.
+1/(4πσ²) of it, as its pixels are independent. `zsobol` and `owen-sobol` are those of pbrt-v4 (`pbrt_samplers`).
+`adaptive` shares out samples, as many on average, by owensobol.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from functools import partial
 from typing import Any
 
 import mitsuba as mi
+import pbrt_samplers
 from csv_rows import put
 from scene_measures import CASES, RESULTS, Rows, Stage, mean_and_error, on_stage
 
@@ -30,6 +32,7 @@ OURS: dict[str, dict[str, Any]] = {
     "owensobol sz": {"generators": "sz"},
     "owensobol sz none": {"generators": "sz", "order": "none"},
 }
+ALL = (*MITSUBAS, *pbrt_samplers.NAMES, *OURS, "adaptive")
 COLUMNS = "scene,spp,sampler,mse,mse_error,flip,flip_error,blur_1.5,blur_1.5_error,blur_3,blur_3_error"
 
 
@@ -46,12 +49,13 @@ def integrator_of(stage: Stage, name: str, spp: int, seed: int) -> mi.Integrator
     return integrator if integrator.granted(stage.scene.sensors()[0], spp) == spp else None
 
 
-def rows_of(stage: Stage, spp: int) -> Rows:
+def rows_of(stage: Stage, spp: int, names: Sequence[str]) -> Rows:
     """Rows of a scene."""
+    pbrt_samplers.register()
     reference, variance = stage.reference()
     own = float(variance.mean())
     rows: Rows = []
-    for name in (*MITSUBAS, *OURS, "adaptive"):
+    for name in names:
         measured: list[list[float]] = []
         for seed in range(SEEDS):
             integrator = integrator_of(stage, name, spp, 100 + seed)
@@ -69,7 +73,7 @@ def rows_of(stage: Stage, spp: int) -> Rows:
 
 def place(row: Sequence[str]) -> tuple[int, int, int]:
     """Where a row stands in the table."""
-    scenes, samplers = [case.scene for case in CASES], [*MITSUBAS, *OURS, "adaptive"]
+    scenes, samplers = [case.scene for case in CASES], list(ALL)
     return scenes.index(row[0]), int(row[1]), samplers.index(row[2])
 
 
@@ -77,10 +81,11 @@ if __name__ == "__main__":
     mi.set_log_level(mi.LogLevel.Error)  # the orthogonal sampler warns where it rounds
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--spp", default="16,64,256")
+    parser.add_argument("--samplers", default=",".join(ALL))
     parser.add_argument("scenes", nargs="*", default=[case.scene for case in CASES], metavar="scene")
     arguments = parser.parse_args()
     for case in CASES:
         for n in whole_numbers("spp", arguments.spp) if case.scene in arguments.scenes else ():
-            rows = on_stage(case, True, partial(rows_of, spp=n))
+            rows = on_stage(case, True, partial(rows_of, spp=n, names=arguments.samplers.split(",")))
             put(RESULTS / "samplers.csv", COLUMNS.split(","), rows, place)
             print(case.scene, n, flush=True)

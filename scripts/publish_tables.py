@@ -57,6 +57,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "gain": renders.gain_table,
         "samplers": renders.samplers_table,
         "spacing": renders.spacing_table,
+        "pbrt": renders.pbrt_table,
         "overhead": renders.overhead_table,
     },
     "measured/mri.md": {"mri": programs.density_table},

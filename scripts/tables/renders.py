@@ -140,10 +140,22 @@ def samplers_table() -> str:
                 return ""
             return f"{float(own[sampler][error]) / float(own['multijitter'][error]):.2f}"
 
-        mitsubas = [name for name in own if name != "adaptive" and not name.startswith("owensobol")]
+        mitsubas = [name for name in own if name != "adaptive" and "sobol" not in name]
         theirs = min(mitsubas, key=lambda name: float(own[name]["mse"]))
         rows.append([scene, spp, f"{ratio(theirs, 'mse')} ({theirs})", *(ratio(o, e) for e in errors for o in OF_OURS)])
     return markdown(rows, "lrl")
+
+
+def pbrt_table() -> str:
+    """Errors of the samplers of pbrt-v4 over those of owensobol."""
+    theirs, errors = ("zsobol", "owen-sobol"), {"mse": "MSE", "flip": "ꟻLIP", "blur_3": "MSE, blurred"}
+    rows = [["scene", "spp", *(f"{label}, {name}" for label in errors.values() for name in theirs)]]
+    measured = {(r["scene"], r["spp"], r["sampler"]): r for r in read(RESULTS / "samplers.csv")}
+    for scene, spp in dict.fromkeys(key[:2] for key in measured if key[2] in theirs):
+        own = measured[scene, spp, "owensobol sz"]
+        ratios = (float(measured[scene, spp, name][error]) / float(own[error]) for error in errors for name in theirs)
+        rows.append([scene, spp, *(f"{ratio:.2f}" for ratio in ratios)])
+    return markdown(rows, "lr")
 
 
 def spacing_table() -> str:

@@ -1,0 +1,124 @@
+"""Two samplers of pbrt-v4 for Mitsuba, written from the papers that describe them, to compare `owensobol` with.
+
+`zsobol`: Ahmed and Wonka, "Screen-space blue-noise diffusion of Monte Carlo sampling error via hierarchical ordering of
+pixels" (2020), as pbrt has it: each draw takes the first pair of Sobol' coordinates, Owen-scrambled, at an index whose
+base-4 digits (of the pixel's Morton code and of the sample) are permuted anew for each dimension.
+
+`owen-sobol`: one Sobol' sequence for the image (Grünschloß, Raab and Keller, "Enumerating quasi-Monte Carlo point
+sequences in elementary intervals", 2012): its first two coordinates are the position on a square of 2^k pixels a side,
+and each pixel has the points that fall into it. All other coordinates are Owen-scrambled, alike in all pixels.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import drjit as dr
+import mitsuba as mi
+import numpy as np
+
+from voroquad.mitsuba import generators
+from voroquad.mitsuba.generators import BITS, NIBBLE
+
+NAMES = ("zsobol", "owen-sobol")
+
+
+def register() -> None:
+    """Register both in the current variant."""
+    from voroquad.mitsuba import owen_sobol
+    from voroquad.mitsuba.scrambles import combine, morton, nested_scramble, nested_shuffle_of_fours
+
+    class Comparator(owen_sobol.OwenSobol):
+        """Draws its numbers from the tables of Sobol' sequences without crossing."""
+
+        name = ""
+
+        def clone(self) -> Any:
+            props = mi.Properties(self.name)
+            props["sample_count"] = self.sample_count()
+            other = type(self)(props)
+            if self.wavefront_size() > 0:
+                other.seed(0, self.wavefront_size())
+            for key, value in vars(self).items():
+                setattr(other, key, value)
+            other.dimension = mi.UInt32(self.dimension)
+            return other
+
+        fork = clone
+
+        def _begin(self) -> None:
+            self.cross(1)  # which leaves the matrices as they are
+            self._kind = "joe-kuo"
+            super()._begin()
+            spp = self._per_pixel()
+            self.bits = (spp - 1).bit_length()
+            lane = dr.arange(mi.UInt32, self.wavefront_size())
+            pixel = lane // spp + self._window.first * self._window.width
+            self.number = lane % spp
+            self.row = pixel // self._window.width
+            self.column = pixel - self.row * self._window.width
+            self.side = (max(self._window.width, self._window.height) - 1).bit_length()
+            self.key = self._seed
+
+        def digits(self, index: mi.UInt32, dimension: mi.UInt32) -> mi.UInt32:
+            """Bits of a coordinate in reverse order, before it is scrambled."""
+            found = mi.UInt32(0)
+            for place in range(BITS // NIBBLE):
+                entry = dimension * 128 + (place << NIBBLE) + ((index >> NIBBLE * place) & 15)
+                found ^= dr.gather(mi.UInt32, self._tables, entry)
+            return found
+
+    class ZSobol(Comparator):
+        name = "zsobol"
+
+        def _coordinates(self, count: int) -> list[mi.Float]:
+            first, self.dimension = self.dimension, self.dimension + count
+            code = morton(self.column, self.row) << self.bits | self.number
+            index = nested_shuffle_of_fours(code, self.side + self.bits // 2, combine(first, self.key))
+            keys = [combine(first + k, self.key ^ 0x68E31DA4) for k in range(count)]
+            return [
+                owen_sobol._unit(dr.brev(nested_scramble(self.digits(index, mi.UInt32(k)), key)))
+                for k, key in enumerate(keys)
+            ]
+
+    class GlobalSobol(Comparator):
+        name = "owen-sobol"
+
+        def _begin(self) -> None:
+            super()._begin()
+            columns = generators.joe_kuo(2)
+            matrices = [generators._matrix(row) for row in columns]
+            low = 2 * self.side
+            position = np.concatenate([m[: self.side] for m in matrices])  # of an index, in pixels
+            inverse = generators._inverse(position[:, :low])
+            # The sample's number are the bits above; what they add to the position is taken off again
+            place = [_bit(self.column, self.side - 1 - k) for k in range(self.side)]
+            place += [_bit(self.row, self.side - 1 - k) for k in range(self.side)]
+            for k in range(low):
+                for j in range(self.bits):
+                    if position[k, low + j]:
+                        place[k] = place[k] ^ _bit(self.number, j)
+            index = self.number << low
+            for k in range(low):
+                bit = mi.UInt32(0)
+                for j in np.flatnonzero(inverse[k]):
+                    bit ^= place[int(j)]
+                index |= bit << k
+            self.index = index
+
+        def _coordinates(self, count: int) -> list[mi.Float]:
+            first, self.dimension = self.dimension, self.dimension + count
+            return [self._own(first + k) for k in range(count)]
+
+        def _own(self, dimension: mi.UInt32) -> mi.Float:
+            digits = self.digits(self.index, dimension % 256)
+            scrambled = owen_sobol._unit(dr.brev(nested_scramble(digits, combine(dimension, self.key))))
+            in_pixel = owen_sobol._unit(dr.brev(digits) << self.side)
+            return dr.select(dimension < 2, in_pixel, scrambled)
+
+    mi.register_sampler("zsobol", ZSobol)
+    mi.register_sampler("owen-sobol", GlobalSobol)
+
+
+def _bit(number: mi.UInt32, k: int) -> mi.UInt32:
+    return (number >> k) & 1
