@@ -37,6 +37,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
     "measured/coverage.md": {
         "coverage-kinds": integrals.coverage_kinds_table,
         "coverage-integrands": integrals.coverage_integrands_table,
+        "pilot-coverage": integrals.pilot_coverage_table,
     },
     "measured/rules.md": {
         "rules-1": rules.rules_table(1),

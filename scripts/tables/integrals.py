@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import statistics
 
 from voroquad.study.genz import FAMILIES
 
@@ -81,6 +82,20 @@ def coverage_integrands_table() -> str:
             warned = [percent(r[name]) if r[name] else "" for name in ("warned_of_missed", "warned_of_held")]
             width = f"{float(r['width_over_rms']):.1f}"
             rows.append([r["d"], formula, r["calibrated"], percent(r["coverage"]), width, *warned])
+    return markdown(rows, "lll")
+
+
+def pilot_coverage_table() -> str:
+    """Coverage and widths of the pilot rule by dimension and kind of integrand."""
+    measured = read(RESULTS / "pilot_coverage.csv")
+    rows = [["d", "evaluations", "kind", "integrands", "sets", "mean", "least", "median width", "widest"]]
+    for key in dict.fromkeys((r["d"], r["n"], r["kind"]) for r in measured):
+        some = [r for r in measured if (r["d"], r["n"], r["kind"]) == key]
+        shares = [float(r["coverage"]) for r in some]
+        widths = [float(r["width_over_rms"]) for r in some]
+        shown = [percent(str(sum(shares) / len(shares))), percent(str(min(shares)))]
+        shown += [f"{statistics.median(widths):.1f}", f"{max(widths):.1f}"]
+        rows.append([*key, str(len(some)), some[0]["replicates"], *shown])
     return markdown(rows, "lll")
 
 
