@@ -155,8 +155,9 @@ def test_integrate_refuses_in_one_line(voroquad, arguments, message):
 
 def test_integrate_in_batches_that_are_kept(voroquad, tmp_path):
     formula = ["exp(x) * (x + y < 1)", "--bounds", "0:1,0:1", "-n", "4096", "--seed", "3", "--json"]
-    how = ["--method", "pilot", "--batch", "100", "--workers", "2", "--store", tmp_path / "kept", "--progress"]
-    alone, first, again = (voroquad("integrate", *formula, *options) for options in (how[:2], how, how))
+    how = ["--method", "pilot", "--batch", "100", "--store", tmp_path / "kept", "--progress"]
+    two = ["--workers", "2"]
+    alone, first, again = (voroquad("integrate", *formula, *options) for options in (how[:2], [*how, *two], how))
     assert json.loads(alone.stdout) == json.loads(first.stdout) == json.loads(again.stdout)
     assert (
         len(list((tmp_path / "kept").glob("batch-*"))) == 43

@@ -25,7 +25,11 @@ def bits(r: vq.QuadResult) -> tuple[str, str, int]:
 
 @pytest.mark.parametrize(
     "how",
-    [{"n_points": 200}, {"n_points": 3000, "method": "pilot"}, {"n_points": 64, "rtol": 0.2, "batch": 64}],
+    [
+        {"n_points": 200, "batch": 10},
+        {"n_points": 3000, "method": "pilot", "batch": 200},
+        {"n_points": 64, "rtol": 0.2, "batch": 64},
+    ],
 )
 def test_the_bits_of_one_process(client, how):
     alone = vq.quad(edge, [0, 0], [1, 1], rng=1, **how)
