@@ -9,7 +9,7 @@ import voroquad as vq
 from voroquad.designs.design import DESIGNS, ENGINE_DESIGNS, design_of
 from voroquad.designs.grids import stratum_index
 
-SETS, N = 20_000, 16
+SETS, N = 10_000, 16
 
 
 @pytest.mark.parametrize("name", DESIGNS)

@@ -99,12 +99,12 @@ def integral(lower, upper):
     + [(m, "leave-one-out") for m in (ON_A_LINE, ON_A_GRID, AN_L)],
 )
 def test_piecewise_uniform_is_unbiased(z_score, m, debias):
-    s = m.sample("uniform", sets=20_000, rng=5)
+    s = m.sample("uniform", sets=10_000, rng=5)
     f = exponential(s.points)
     truth = sum(integral(*box) for box in zip(m.lower, m.upper, strict=True))
     assert abs(z_score((m.weights(s, debias=debias) * f).sum(axis=1), truth)) < 5.5
     voronoi = m.weights(s)
-    assert abs(z_score((voronoi * f).sum(axis=1), truth)) > 20
+    assert abs(z_score((voronoi * f).sum(axis=1), truth)) > 14
     np.testing.assert_allclose(voronoi.sum(axis=1), np.prod(m.upper - m.lower, axis=1).sum(), rtol=1e-12)
 
 
