@@ -6,7 +6,7 @@ from voroquad import cli, demo
 from voroquad.report.page import live_figure
 
 pytest.importorskip("mitsuba", exc_type=ImportError)
-from voroquad.mitsuba import compare  # noqa: E402
+from voroquad.mitsuba import compare
 
 
 def test_demo_ends_with_the_page(tmp_path, monkeypatch):
