@@ -94,3 +94,8 @@ def test_other_processes_get_the_library_too():
     a, b = strict.zeros(2), strict.ones(2)
     one, two = (vq.quad(_norm, a, b, n_points=64, rng=5, workers=workers) for workers in (1, 2))
     assert float(one.integral) == float(two.integral)
+
+
+def test_limits_of_two_libraries_are_refused():
+    with pytest.raises(ValueError, match="arrays of one library, got array_api_strict and numpy; convert one"):
+        vq.quad(lambda x: x[0], strict.zeros(2), np.ones(2))

@@ -57,7 +57,7 @@ def test_the_bar_of_a_box(n, d, monkeypatch):
 
 
 def test_without_values_there_is_nothing_to_choose():
-    with pytest.raises(ValueError, match="values: the integrand chooses"):
+    with pytest.raises(ValueError, match="values: the integrand's values choose"):
         fit_by_choice(vq.sample("multi-jittered", 64, 2, rng=1), CHOICE, 1)
 
 
