@@ -19,7 +19,8 @@ WAYS = {
     "point by point": {"vectorized": False},
     "replicates": {"n_estimates": 3, "sampler": "sobol"},
     "cross-fit": {"sampler": "sobol", "order": 2},
-    "adapted": {"adapt": True, "n_points": 512},
+    "adapted": {"adapt": True, "n_points": 512, "a": [0] * 4, "b": [1] * 4},
+    "adapted replicates": {"adapt": True, "n_points": 512, "n_estimates": 2, "a": [0] * 4, "b": [1] * 4},
     "pieces": {"a": None, "b": None, "measure": MEASURE},
     "triangle": {"a": vq.Triangle([[0, 0], [1, 0], [0, 1]]), "b": None},
 }
@@ -53,7 +54,7 @@ def test_the_sum_over_the_tape_is_the_estimate(way, monkeypatch):
 def test_what_keeps_no_gradients_says_so(monkeypatch):
     for module in (evaluation, gradients):
         monkeypatch.setattr(module, "has_gradient", lambda values: isinstance(values, np.ndarray))
-    with pytest.raises(ValueError, match='give method="local" or fewer points'):
+    with pytest.raises(ValueError, match='give method="local" and adapt=False'):
         vq.quad(lambda x: x[0], 0, 1, n_points=20_000, rng=1)
     with pytest.raises(ValueError, match="return their real and imaginary parts"):
         vq.quad(lambda x: x[0] + 1j, 0, 1, rng=1)

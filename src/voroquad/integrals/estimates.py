@@ -121,12 +121,10 @@ class Estimator:
         u = points.reshape(-1, points.shape[-1])
         by_field = fit.weights if fit.weights.ndim == 3 else fit.weights[:, None]
         weights = by_field.swapaxes(0, 1).reshape(by_field.shape[1], -1) / len(points)
-        _, volume = self.integrand.pull_back(u.T)
         order = self.integrand.order(u)
-        weights = weights * volume
-        return (
-            WeightedCalls(begin, len(self.integrand.function.tape), weights if order is None else weights[:, order]),
-        )
+        if order is not None:
+            u, weights = u[order], weights[:, order]
+        return self.integrand.weighted_calls(begin, u, weights)
 
     def _warning(self, fit: Fit, drawn: SampleSet, values: Values) -> IntegrationWarning | None:
         """What a single set gives reason to warn of.

@@ -10,6 +10,7 @@ import numpy as np
 from .._support.arrays import Array, Indices
 from .diagnostics import Diagnoses, diagnosis
 from .evaluation import Function
+from .gradients import WeightedCalls
 from .regions import Region
 from .watch import Watch
 
@@ -81,6 +82,17 @@ class Integrand:
         if batch is None or len(u) <= batch:
             return None
         return np.random.default_rng(zlib.crc32(u.tobytes())).permutation(len(u))
+
+    def weighted_calls(self, begin: int, u: Array, weights: Array) -> tuple[WeightedCalls, ...]:
+        """How a sum weights the calls of func since `begin`, at points u (n, d) with weights (fields, n) or (1, n).
+
+        Nothing where func's values have no gradients.
+        """
+        tape = self.function.tape
+        if not tape:
+            return ()
+        _, volume = self.pull_back(u.T)
+        return (WeightedCalls(begin, len(tape), weights * volume),)
 
     def _evaluated(self, u: Array, done: list[Array]) -> list[Array]:
         """`done` with the values (fields, m) of consecutive points, appended as they come."""

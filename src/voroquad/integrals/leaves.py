@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -98,28 +98,26 @@ class LeafEstimator:
         """An estimate from at most n samples."""
         groups = draw(self.partition, n, EVEN, self.rng)
         places = np.concatenate([group.places(self.partition) for group in groups])
+        begin = len(self.integrand.function.tape)
         values = self.integrand(places)
         _, power = np.frexp(np.abs(values).max(axis=1, initial=0, where=np.isfinite(values)))
         values = np.ldexp(values, -power[:, None])
         cuts = np.cumsum([group.samples.n * len(group.leaves) for group in groups])[:-1]
         parts = [self._part(*one) for one in zip(groups, np.split(values, cuts, axis=1), strict=True)]
-        terms, corrections, weighted = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
-        return self._estimate(places, terms, corrections, weighted, power)
+        weights, corrections, weighted = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
+        found = self._estimate(places, weights * values, corrections, weighted, power)
+        return replace(found, terms=self.integrand.weighted_calls(begin, places, weights))
 
     def _part(self, group: LeafSets, values: Array) -> tuple[Array, Array, Array]:
-        """Terms of the sum, corrections and values times volumes, (fields, samples), of the leaves of a group."""
+        """Weights (1, samples), corrections and values times volumes, (fields, samples), of the leaves of a group."""
         sets, size = len(group.leaves), group.samples.n
         by_set = np.ascontiguousarray(values.reshape(-1, sets, size).swapaxes(0, 1))
         order = 1 if group.samples.d <= HIGHEST_DIMENSION else 0
         fit = fit_strata(group.samples, local(order), self.threads, by_set)
         volumes = self.partition.volumes[group.leaves, None, None]
-        found = (
-            volumes * fit.weights[:, None] * by_set,
-            volumes / size * fit.residuals,
-            volumes / size * by_set,
-        )
-        of_terms, of_corrections_, of_values = (x.swapaxes(0, 1).reshape(len(values), -1) for x in found)
-        return of_terms, of_corrections_, of_values
+        found = (volumes * fit.weights[:, None], volumes / size * fit.residuals, volumes / size * by_set)
+        weights, of_corrections_, of_values = (x.swapaxes(0, 1).reshape(x.shape[1], -1) for x in found)
+        return weights, of_corrections_, of_values
 
     def _estimate(self, places: Array, terms: Array, corrections: Array, weighted: Array, power: Array) -> Estimate:
         n = len(places)

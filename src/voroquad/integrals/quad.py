@@ -301,7 +301,7 @@ def _with_gradients(found: Estimate, function: Function) -> Estimate:
     """The estimate; ValueError if func's values have gradients and the estimate is not known as their sum."""
     if function.tape and sum(term.end - term.begin for term in found.terms) == 0:
         raise ValueError(
-            'values of func have gradients, which this rule does not keep; give method="local" or fewer points'
+            'values of func have gradients, which this rule does not keep; give method="local" and adapt=False'
         )
     return found
 

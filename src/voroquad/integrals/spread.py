@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 
@@ -21,4 +22,6 @@ def across(found: list[Estimate], shared: int = 0) -> Estimate:
     mean = means.mean(axis=0)
     error, deviations = np.hypot(error, rounding), (means - mean).T
     rules = found[0].rules if len({e.rules for e in found}) == 1 else ()
-    return Estimate(mean, error, rounding, n, len(found) - 1, tuple(warnings.values()), deviations, rules)
+    terms = tuple(replace(t, weights=t.weights / len(found)) for e in found for t in e.terms)
+    given = tuple(warnings.values())
+    return Estimate(mean, error, rounding, n, len(found) - 1, given, deviations, rules, terms=terms)
