@@ -58,6 +58,7 @@ html_title = "voroquad"
 html_static_path = ["static", *([str(live_figure)] if live_figure.exists() else [])]
 html_favicon = "static/favicon.svg"
 html_css_files = ["site.css"]
+html_js_files = [("accessible.js", {"defer": "defer"})]
 html_show_sphinx = False
 html_copy_source = False
 html_theme_options = {

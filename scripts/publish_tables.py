@@ -62,7 +62,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "overhead": renders.overhead_table,
     },
     "measured/mri.md": {"mri": programs.density_table},
-    "measured/explorer.md": {"explorer-drag": programs.drag_table},
+    "measured/explorer.md": {"explorer-drag": programs.drag_table, "live-drag": programs.live_table},
     "measured/scaling.md": {
         "cluster": programs.cluster_table,
         "scaling-costs": programs.costs_table,

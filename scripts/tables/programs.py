@@ -59,6 +59,17 @@ def drag_table() -> str:
     return markdown([["", "weights", "median", "95 % within", "processor time stolen"], *body], "ll")
 
 
+def live_table(path: Path = RESULTS / "live_drag.csv") -> str:
+    """Frames of the live figure during a drag."""
+    if not path.exists():
+        return "Not measured yet: `python benchmarks/live_drag.py`."
+    rows = [["", "design", "weights", "frames a second", "late frames", "computing and drawing", "95 % within"]]
+    for r in read(path):
+        late, work = f"{r['late_frames']} of {r['frames']}", (f"{r[k]} ms" for k in ("median_work_ms", "p95_work_ms"))
+        rows.append([f"{r['d']}-D", r["design"], f"`{r['rule']}`", r["frames_per_second"], late, *work])
+    return markdown(rows, "lll")
+
+
 def cluster_table() -> str:
     """What the checks on real Dask processes saw."""
     return markdown([["", ""], *([row["what"], row["seen"]] for row in read(RESULTS / "cluster.csv"))], "ll")
