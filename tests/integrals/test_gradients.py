@@ -19,18 +19,18 @@ WAYS = {
     "point by point": {"vectorized": False},
     "replicates": {"n_estimates": 3, "sampler": "sobol"},
     "cross-fit": {"sampler": "sobol", "order": 2},
-    "adapted": {"adapt": True, "n_points": 512, "a": [0] * 4, "b": [1] * 4},
-    "adapted replicates": {"adapt": True, "n_points": 512, "n_estimates": 2, "a": [0] * 4, "b": [1] * 4},
+    "adapted": {"adapt": True, "n_points": 1000, "a": [0] * 4, "b": [1] * 4},
+    "adapted replicates": {"adapt": True, "n_points": 1000, "n_estimates": 2, "a": [0] * 4, "b": [1] * 4},
     "pieces": {"a": None, "b": None, "measure": MEASURE},
     "triangle": {"a": vq.Triangle([[0, 0], [1, 0], [0, 1]]), "b": None},
 }
 
 
 def f(x):
-    """Two components, smooth and with a step, in the library of the points."""
+    """Two peaks, one cut by a step, in the library of the points."""
     xp = x.__array_namespace__() if hasattr(x, "__array_namespace__") else np
-    first = x[0, ...]
-    return xp.stack([xp.exp(first), xp.astype(first > 0.3, xp.float64) + first])
+    first, second = (xp.exp(-50 * xp.sum((x - place) ** 2, axis=0)) for place in (0.3, 0.7))
+    return xp.stack([first, xp.astype(x[0, ...] > 0.6, xp.float64) * second])
 
 
 @pytest.mark.parametrize("way", WAYS)
