@@ -15,7 +15,7 @@ WAYS = {
     "default": {},
     "plane": {"a": [0, 0], "b": [1, 2], "n_points": 64},
     "batches": {"batch": 16},
-    "tolerance": {"rtol": 1e-3, "n_points": 8},
+    "tolerance": {"rtol": 2e-2, "n_points": 16},
     "point by point": {"vectorized": False},
     "replicates": {"n_estimates": 3, "sampler": "sobol"},
     "cross-fit": {"sampler": "sobol", "order": 2},
