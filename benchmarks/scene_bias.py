@@ -14,6 +14,9 @@ a rule that is biased.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import mitsuba as mi
 import numpy as np
 from scene_measures import CASES, REFERENCE_ROUNDS, REFERENCE_SPP, Rows, Stage, run
 from scipy import stats
@@ -33,11 +36,15 @@ RULES = {
 
 def measure(stage: Stage, rule: str, design: str, settings: dict[str, object]) -> list[object]:
     """The row of a scene and a rule."""
+    return score(stage, rule, lambda seed: stage.sets(stage.case.domain, design, seed, **settings))
+
+
+def score(stage: Stage, rule: str, make: Callable[[int], mi.Integrator]) -> list[object]:
+    """The row of a scene and of what makes the integrators of renders by their seeds."""
     reference, reference_variance = stage.reference()
     total = squares = cubes = np.zeros(())
-    for seed in range(RENDERS):
-        integrator = stage.sets(stage.case.domain, design, 500 + seed, **settings)
-        difference = stage.image(integrator, SPP, 500 + seed) - reference
+    for seed in range(500, 500 + RENDERS):
+        difference = stage.image(make(seed), SPP, seed) - reference
         total, squares, cubes = total + difference, squares + difference**2, cubes + difference**3
     mean = total / RENDERS
     variance = np.maximum(squares / RENDERS - mean**2, 0) / (RENDERS - 1)
