@@ -31,7 +31,7 @@ TERMS, MOST_TERMS = 14, 715
 MOST_PER_TERM, FEWEST_PER_TERM = 20, 10
 
 #: Factor of the standard error of the mean of replicates, since they are not independent: each is corrected by
-#: polynomials that are fitted to the others.
+#: polynomials that are fitted to the others. benchmarks/calibrate_replicates.py measures the least that suffices.
 ERROR_SCALE = 1.3
 
 #: Number of parts of a net by which a candidate is judged; and the part of the plain mean's squared error that it may

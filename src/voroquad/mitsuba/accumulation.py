@@ -63,7 +63,7 @@ def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Float
 
 @dataclass
 class Contributions:
-    """What the rays of a wavefront bring.
+    """Contributions of the rays of a wavefront.
 
     Attributes
     ----------
@@ -165,7 +165,7 @@ class Layout:
 
 @dataclass
 class Pass:
-    """What one pass over the pixels gives, float32 or float64.
+    """Result of one pass over the pixels, float32 or float64.
 
     Attributes
     ----------
@@ -221,7 +221,7 @@ class Pass:
 
 
 class Footprint:
-    """What the samples of a pixel give to the pixels around it, by the film's reconstruction filter.
+    """Contributions of the samples of a pixel to the pixels around it, by the film's reconstruction filter.
 
     Parameters
     ----------
@@ -291,7 +291,7 @@ class Footprint:
             return means
         own, plain, change = layout.taps_of(means)
         half = checkerboard(len(band), self.window[0], band.start)[..., None, None]
-        # Not a product with 0 or 1, which would carry what is not finite into the other half
+        # Not a product with 0 or 1, which would carry values that are not finite into the other half
         sums = [plain, *(np.where(half == h, change, 0) for h in (0, 1))] if layout.weights else [plain]
         margin = ((self.reach, self.reach), (0, 0), (0, 0))
         return np.concatenate([np.pad(own, margin), *(self.gather(s) for s in sums)], -1)

@@ -20,9 +20,9 @@ from .._support.arrays import Integers
 from .._support.checks import one_of
 from .blend import Floats, checkerboard
 
-#: What errors are compared by
+#: Measures by which errors are compared
 KINDS = ("absolute", "relative")
-#: Samples of a pixel at most over those on average, where nothing else is named
+#: Default of the largest number of samples of a pixel over the average
 SPREAD = 4
 #: The noise of a pixel is estimated from so many pixels on each side
 REACH = 2
@@ -133,7 +133,7 @@ class Sharing:
 
 
 def parse_sharing(adaptive: str | None, at_least: int, at_most: int, target: float) -> Sharing | None:
-    """What the options of the command line say; None without ``--adaptive``, which the others need."""
+    """The settings of the command line's options; None without ``--adaptive``, which the other options need."""
     if adaptive is not None:
         return Sharing(adaptive, at_least, at_most, target)
     if (at_least, at_most, target) != (Sharing.at_least, Sharing.at_most, Sharing.target):

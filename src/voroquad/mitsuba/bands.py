@@ -30,7 +30,7 @@ from .rounds import Rounds, alone
 
 @dataclass(frozen=True)
 class Shot:
-    """What an image is of, but for its samples; it travels to workers.
+    """Everything that determines an image except its samples; it is sent to workers.
 
     Parameters
     ----------
@@ -67,7 +67,8 @@ class Shot:
         return f"{self.kind} {sorted(self.properties.items())} {self.channels}"
 
     def key(self) -> dict[str, Any]:
-        """All that the image depends on but the plug-in and its samples: files by their hashes, sensor, versions."""
+        """Everything that the image depends on except the plug-in and its samples: files by their hashes, sensor,
+        versions."""
         files = file_hashes(self.scene.path, self.parameters)
         versions = {"voroquad": __version__, "mitsuba": mi.__version__, "drjit": dr.__version__}
         settings = {"variant": self.variant, "sensor": self.sensor, "size": self.size}
@@ -97,7 +98,7 @@ class Shot:
 
 @dataclass(frozen=True)
 class Exposure:
-    """What all units of an image share, but for the table of sample sets.
+    """Everything that the units of an image share, except the table of sample sets.
 
     Attributes
     ----------
@@ -222,7 +223,7 @@ def table_of(recipe: Recipe) -> SampleTable:
 
 
 def _band(exposure: Exposure, table: SampleTable | None, k: int) -> Array:
-    """Seconds that rendering took, then the strip of band k, filled up to the shape of all strips."""
+    """The seconds that rendering took, then the strip of band k, padded to the common shape of strips."""
     with _last.lock, one_line_errors():
         scene, sensor, integrator = exposure.shot.loaded()
         if table is not None:

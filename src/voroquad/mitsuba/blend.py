@@ -1,6 +1,6 @@
-"""How much of the weights to use: per tile of the image, the share λ that leaves least noise.
+"""The blend: for each tile of the image, the share λ of the weights that leaves the least noise.
 
-With A the plain mean of a pixel's samples and D the weighted mean less the plain one, A + λ D has the same
+With A the plain mean of a pixel's samples and D the weighted mean minus the plain one, A + λ D has the same
 expectation for every λ that does not depend on the samples in A and D, since D has mean zero. Its variance is least at
 λ = −Cov(A, D) / Var(D): 1 where the sampled domain makes the noise, 0 where other dimensions do (docs/theory.md,
 section 8).

@@ -1,4 +1,4 @@
-"""What a comparison leaves in its folder: images, differences, close-ups, numbers and the plot of the errors."""
+"""The files of a comparison: images, differences, close-ups, numbers and the plot of the errors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How much noise the weights of a sample set cannot know, told from neighbouring samples of the set.
+"""The noise that does not depend on the coordinates of a sample set, estimated from neighbouring samples of the set.
 
 A pixel's samples are f_i = g(x_i) + ε_i: g depends on what the sets sample, such as a point of the lens, and ε_i on all
 else. Weights that are not equal add to the noise of the ε: Var(Σ w_i ε_i) − Var(Σ ε_i / N) = Var(N w) σ² / N, with σ²

@@ -1,4 +1,4 @@
-"""Which domain to sample where none is named."""
+"""The domain that is sampled if none is named."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import mitsuba as mi
 
 from .loading import motion_of, traced
 
-#: The name that leaves the choice to us
+#: The name that asks for an automatic choice
 AUTO = "auto"
 
 
@@ -63,7 +63,7 @@ def choose_domain(scene: mi.Scene, sensor: mi.Sensor, *, jitter: bool, channels:
     ValueError
         Only the pixels' area is left, and `jitter` is false.
     """
-    from .lights import FirstHit  # exists once a variant is set, and anew for each
+    from .lights import FirstHit  # exists once a variant is set, and differs between variants
 
     own = getattr(scene.integrator(), "domain", None)
     if own is not None:

@@ -1,4 +1,4 @@
-"""The files that a scene is made of: found before it is rendered, hashed to tell one scene from another."""
+"""The files of a scene: found before it is rendered, and hashed to distinguish scenes."""
 
 from __future__ import annotations
 
@@ -125,7 +125,7 @@ def _find(name: str, folders: list[Path]) -> Path | None:
         try:
             if (folder / name).is_file():
                 return folder / name
-        except (OSError, ValueError):  # no name of a file: too long, or with a null byte
+        except (OSError, ValueError):  # not the name of a file: too long, or with a null byte
             return None
     return None
 

@@ -1,4 +1,4 @@
-"""What the sets sample: coordinates of primary sample space, one class per domain, and joint ones."""
+"""Domains: the coordinates of primary sample space that the sets sample, a class for each, and joint ones."""
 
 from __future__ import annotations
 

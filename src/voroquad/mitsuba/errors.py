@@ -1,4 +1,4 @@
-"""Mitsuba's errors as one line."""
+"""Errors of Mitsuba as errors of one line."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ def one_line_errors() -> Iterator[None]:
 
 
 def _message(error: BaseException) -> str:
-    """The message of the error that started it all."""
+    """The message of the first error in the chain."""
     cause = error.__cause__
     if cause is not None:
         return _message(cause)

@@ -1,4 +1,5 @@
-"""Light at the first hit of a camera ray: one emitter sample from the sets, kept apart from all other light."""
+"""Light at the first hit of a camera ray: the light of one emitter sample from the sets, separate from all other
+light."""
 
 from __future__ import annotations
 
@@ -15,7 +16,7 @@ from .tracing import name_of
 
 @dataclass
 class CameraLight:
-    """What camera rays bring.
+    """Light along camera rays.
 
     Attributes
     ----------

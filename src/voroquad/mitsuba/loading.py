@@ -1,4 +1,4 @@
-"""Scenes: where they are, how they are loaded, their sensors and integrators."""
+"""Scenes: finding and loading them, their sensors and integrators."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ VARIANT, SPECTRAL_VARIANT = "llvm_ad_rgb", "llvm_ad_spectral"
 FIRST_HITS = {"albedo": "albedo", "normal": "sh_normal", "depth": "depth"}
 #: Of an image
 MOST_PIXELS = 2**27
-#: That the sums of a pixel take
+#: Bytes that the sums of a pixel take
 BYTES_PER_PIXEL = 150
 
 

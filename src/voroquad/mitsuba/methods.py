@@ -17,7 +17,8 @@ from .loading import make_integrator, motion_of, traced
 
 @dataclass(frozen=True)
 class Stage:
-    """What all methods share: scene, sensor, domain, and whether they sample the pixel's area or its centre."""
+    """Settings that all methods share: scene, sensor, domain, and whether they sample the pixel's area or its
+    centre."""
 
     scene: mi.Scene
     sensor: mi.Sensor
@@ -52,7 +53,7 @@ class RenderMethod:
 
     @property
     def blends(self) -> bool:
-        """Does it use as much of the weights as helps?"""
+        """Does it blend, that is, use the weights only as far as they help?"""
         return self.properties.get("blend") == "auto"
 
     def domain(self, domain: str) -> str:

@@ -1,4 +1,4 @@
-"""Keyframes: what a plug-in's properties ``name@time`` say of a value that changes while the shutter is open."""
+"""Keyframes: values that change while the shutter is open, from a plug-in's properties ``name@time``."""
 
 from __future__ import annotations
 
@@ -56,7 +56,7 @@ def key_of_dict(key: str) -> str:
 
 
 class Track:
-    """A value that goes through keyframes; before the first and after the last it rests.
+    """A value that follows keyframes; before the first and after the last it is constant.
 
     Parameters
     ----------

@@ -289,7 +289,7 @@ class OwenSobol(mi.Sampler):
         dr.schedule(self.dimension)
 
     def traverse(self, callback: mi.TraversalCallback) -> None:
-        """There are no parameters to change."""
+        """Show no parameters: there are none to change."""
 
     def to_string(self) -> str:
         window = self._window

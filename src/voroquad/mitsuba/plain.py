@@ -337,7 +337,7 @@ class _Lent:
 
 
 def whole(seed: int | mi.UInt32) -> int:
-    """A seed as Mitsuba hands it over, an integer or an array of one."""
+    """A seed as Mitsuba passes it, an integer or an array of one."""
     return int(np.array(seed).ravel()[0])
 
 

@@ -15,19 +15,20 @@ from ..sample_tables import Recipe, SampleTable
 from .domains import Domain
 from .properties import read_property
 
-#: Name of the design of sets that are no table's: those that the scene's sampler draws
+#: Name of the design of sets without a table: those that the scene's sampler draws
 SCENE = "scene"
 #: Most samples of a table, about, and most sets
 TABLE_SIZE, MOST_SETS = 2**18, 2**10
 #: Fewest sets: each half of a checkerboard of pixels has sets of its own, and two of them to choose from
 FEWEST_SETS = 4
-#: A table has one set for so many uses of a set in an image, that making it takes little of the time to render
+#: A table has one set for this number of uses of a set in an image, so that making it takes little of the time to
+#: render
 USES = 4
 
 
 @dataclass(frozen=True)
 class TableSettings:
-    """How to make tables, but for what depends on the image: size and number of their sets, and the seed.
+    """How to make tables, except for what depends on the image: size and number of their sets, and the seed.
 
     Attributes
     ----------
@@ -146,7 +147,7 @@ def table_file(props: mi.Properties, domain: Domain) -> SampleTable | None:
 
 
 def count(props: mi.Properties, name: str) -> int:
-    """A property that counts something; 0 leaves the choice to us."""
+    """A property that is a number of things; 0 asks for an automatic choice."""
     return positive_int(name, number) if (number := read_property(props, name, 0)) else 0
 
 

@@ -20,7 +20,7 @@ from .._support.cache import cache_directory, is_own
 from .._support.checks import thread_count
 from .._support.files import atomic_path
 
-#: Part of every file name; raise it when values, nodes or layout change.
+#: Part of every file name; to be increased when values, nodes or layout change.
 _FORMAT = 3
 #: Most nodes across and along a panel, by dimension, where G is integrated point by point, without a table.
 ONE_BY_ONE = {2: (24, 20), 3: (12, 12)}

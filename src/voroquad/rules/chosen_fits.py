@@ -1,4 +1,5 @@
-"""Leave-one-out with one sample per stratum, by models that the integrand chooses, and the error of a single set."""
+"""Leave-one-out with one sample per stratum, by models that the values of the integrand choose, and the error of a
+single set."""
 
 from __future__ import annotations
 
@@ -45,7 +46,7 @@ def chooses(kind: SetKind) -> bool:
 def fit_by_choice(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> ChosenFit:
     """The fit of multi-jittered sets to values (sets, fields, n).
 
-    Raises ValueError without values, which choose.
+    Raises ValueError without values, which choose the models.
     """
     if values is None:
         raise ValueError("values: the integrand's values choose the model, so there are no weights without them")

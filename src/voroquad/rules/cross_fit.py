@@ -13,8 +13,9 @@ from .boxes import Boxes, BoxFits, samples_of_a_fit
 from .fit import CrossFit
 from .method import Method
 
-#: What the standard error of the mean of the Î_r, as independent ones would have it, is multiplied by: they share
-#: samples, and four of them rarely meet a peak. Chosen as :data:`voroquad.rules.strata_fits.ERROR_SCALE`.
+#: Factor of the standard error of the mean of the Î_r. They are not independent, since they share samples, and four of
+#: them rarely meet a peak. Chosen like :data:`voroquad.rules.strata_fits.ERROR_SCALE`, by
+#: benchmarks/calibrate_errors.py.
 ERROR_SCALE = 1.55
 
 

@@ -34,7 +34,7 @@ def default_of_strata(strata: tuple[int, ...]) -> Method:
 
 
 def default_methods(kind: SetKind, debias: str) -> tuple[Method, ...]:
-    """The methods that ``order="auto"`` means for sets of a kind, first what is preferred.
+    """The methods that ``order="auto"`` means for sets of a kind, the preferred one first.
 
     Independent samples on a line leave gaps far wider than the mean spacing, across which predictions are poor. So the
     default is order 0 for d = 1, and kriging above.

@@ -17,8 +17,8 @@ def by_bias_function(points: Array, measures: Array, strata: tuple[int, ...] | N
 def exchange_uniform(points: Array, threads: int) -> Array:
     """Exchange weights of independent uniform samples of [0, 1] (docs/theory.md, (8)).
 
-    The second sample from each end gives half of its inner spacing to the first. What else Voronoi cells
-    do is unbiased on a line. Formula and proof: include/voroquad/exchange.hpp.
+    The second sample from each end gives half of its inner spacing to the first. All other Voronoi weights on a line
+    are unbiased. Formula and proof: include/voroquad/exchange.hpp.
     """
     return _core.exchange_uniform(np.ascontiguousarray(points[..., 0]), threads)
 

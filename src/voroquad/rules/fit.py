@@ -1,4 +1,4 @@
-"""The result of applying a rule to sample sets: weights, and the data that standard errors are computed from."""
+"""The result of a rule for sample sets: weights, and the data from which standard errors are computed."""
 
 from __future__ import annotations
 
@@ -63,14 +63,14 @@ class ResidualFit(Fit):
     bar: Callable[[Array], ErrorBar]
 
     def standard_error(self, estimates: Array) -> tuple[Array, float]:
-        """As of any fit; of one set, from its residuals, with the degrees of freedom of the field that has fewest."""
+        """As for any fit; for a single set, from its residuals, with the fewest degrees of freedom of any field."""
         if len(estimates) > 1:
             return spread(estimates)
         bar = self.bar(self.residuals[0])
         return bar.error, float(bar.degrees_of_freedom.min(initial=math.inf))
 
     def deviations(self, estimates: Array) -> Array | None:
-        """As of any fit; of one set, its residuals."""
+        """As for any fit; for a single set, its residuals."""
         return self.residuals[0] if len(estimates) == 1 else super().deviations(estimates)
 
 
@@ -87,7 +87,7 @@ class ChosenFit(ResidualFit):
     chosen: tuple[str, ...]
 
     def estimates(self, values: Array, epsilon: float = EPSILON) -> tuple[Array, Array]:
-        """As of any fit; each field has weights of its own."""
+        """As for any fit, with separate weights for each field."""
         return weighted_sums(self.weights, values, epsilon)
 
 
@@ -107,7 +107,7 @@ class CrossFit(Fit):
     error_scale: float
 
     def estimates(self, values: Array, epsilon: float = EPSILON) -> tuple[Array, Array]:
-        """As of any fit; each estimate is a sum over the samples of all replicates."""
+        """As for any fit, where each estimate is a sum over the samples of all replicates."""
         sums = [weighted_sums(share[:, None], values, epsilon) for share in self.shares]
         means, rounding = (np.stack([by_set.sum(axis=0) for by_set in kind]) for kind in zip(*sums, strict=True))
         return means, rounding

@@ -128,7 +128,7 @@ class GlobalFits:
         factor, failed = dpotrf(left.T, lower=1, overwrite_a=1)
         if not failed:
             return factor, terms
-        known = failed - 1  # the rest of the rows is cut off from those that are known
+        known = failed - 1  # the other rows are not used
         factor[known:], factor[np.arange(known, terms), np.arange(known, terms)] = 0, 1
         return factor, known
 

@@ -1,9 +1,10 @@
-"""On the line: a polynomial of an order of its own for each stratum, chosen by what fits predict of its neighbours.
+"""Rules on a line: for each stratum a polynomial, whose order is chosen by how well fits predict the stratum's
+neighbours.
 
 For stratum i, a polynomial of each order is fitted to the samples of a block of strata around it without x_i. How well
 it predicts each of its nearest neighbours when that one is left out, too, needs no other fit: it is the residual over
-one minus the leverage. The order of least squared error predicts stratum i, and x_i corrects it. Neither choice nor
-prediction knows x_i, so the estimate is unbiased: docs/theory.md, (10) and (30).
+one minus the leverage. The order of least squared error predicts stratum i, and x_i corrects the prediction. Neither
+choice nor prediction depends on x_i, so the estimate is unbiased: docs/theory.md, (10) and (30).
 """
 
 from __future__ import annotations
@@ -25,7 +26,8 @@ FEWEST = 5
 #: Neighbours on either side that judge a fit.
 JUDGES = 4
 
-#: What the squared error of the highest order counts: on smooth integrands it is the best, even where luck denies it.
+#: Factor of the squared error of the highest order, which is the best on smooth integrands even if another one has less
+#: error by chance.
 OF_HIGHEST = 0.25
 
 #: The order whose residuals tell how much the chosen ones have adapted.

@@ -1,4 +1,4 @@
-"""Methods: how a rule reconstructs an integrand between its samples, and what ``order=`` means."""
+"""Methods by which a rule reconstructs an integrand from its samples, and the meaning of ``order=``."""
 
 from __future__ import annotations
 

@@ -44,7 +44,7 @@ def leave_one_out(points: Array, degree: int, threads: int) -> Array:
     distance, nearest = boxes.nearest(points, k + 2)
     home = boxes.numbers(points)
 
-    # Either a sample is among the k + 1 nearest to the centre of its box, whose fit is then made without it, or not
+    # If a sample is among the k + 1 nearest to the centre of its box, the fit of the box is made without it
     own = nearest[home, : k + 1] == np.arange(n)[:, None]  # (n, k + 1)
     outside = np.flatnonzero(~own.any(axis=1))
     inside, rank = np.nonzero(own)

@@ -160,13 +160,13 @@ def _weights_in_box(
 
 #: Fits sets of samples by a method on some threads; the values are (sets, fields, n), those of integrands.
 Fitter = Callable[[SampleSet, Method, int, Array | None], Fit]
-#: Weights of points of a box, by rules that go by distances, which scaling the axes would change.
+#: Weights of points in a box, for rules that use distances, which scaling the axes would change.
 InBox = Callable[[ArrayLike, Bounds, int], Array]
 
 
 @dataclass(frozen=True)
 class Rule:
-    """A way to weigh samples: a method to reconstruct the integrand, and how the bias of that is removed."""
+    """A way to weight samples: a method to reconstruct the integrand, and a way to remove its bias."""
 
     debias: str
     method: Method
@@ -293,7 +293,7 @@ def _matching(
                 yield family.rule(method)
 
 
-# ---------------------------------------------------------------------- fits of the rules that weigh only
+# ---------------------------------------------------------------------- fits of rules without residuals
 
 
 def _voronoi(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:

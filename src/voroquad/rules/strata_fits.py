@@ -1,4 +1,4 @@
-"""Leave-one-out rules: each sample corrects a fit that it had no part in, so any fit is unbiased."""
+"""Leave-one-out rules: each sample corrects a fit in which it is not used, so the estimate is unbiased for any fit."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def stencil(order: int, strata: tuple[int, ...]) -> Stencil:
 
 
 def _samples_per_term(order: int, d: int) -> float:
-    """Samples that a fit should have per polynomial term. With fewer, weights are huge now and then."""
+    """Samples that a fit should have per polynomial term. With fewer, weights are occasionally huge."""
     if d <= 2 and order >= 7:
         return 3.0
     return 2.4 if d == 1 else 2.2
@@ -77,8 +77,8 @@ def _samples_per_term(order: int, d: int) -> float:
 def error_scale(method: Method, strata: tuple[int, ...]) -> float:
     """The factor between (Σ (|S_i| r_i)²)^½ and the standard error of a set (:data:`ERROR_SCALE`).
 
-    Of a method that is no default of the dimension, the largest. It is at least 1: where an integrand has ends with
-    powers, the few corrections that make up the error tell no more than themselves.
+    Of a method that is no default of the dimension, the largest. It is at least 1: if an integrand behaves as a power
+    at an end, few corrections make up the error, and a smaller factor would be wrong.
     """
     d, n = min(len(strata), 4), math.prod(strata)
     fitted = method.order if method.degree is None else stencil(method.degree, strata).order
