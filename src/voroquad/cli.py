@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import math
 import os
-import signal
 import sys
 import threading
 import traceback
@@ -16,10 +15,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
-from typer.core import TyperCommand
 from typer.exceptions import TyperException
 
-from ._support.extras import install_hint
+from ._support.terminal import FormulaCommand, described, end_as_on_ctrl_c, one_line, say
 from ._support.version import __version__
 
 if TYPE_CHECKING:
@@ -96,20 +94,6 @@ def weights(
         print(json.dumps(summary))
     else:
         print(f"{summary['n']} points in d = {summary['d']}, sum of weights {summary['sum']:.15g}: {output}")
-
-
-class FormulaCommand(TyperCommand):
-    """A command whose argument is a formula, which may begin with a minus."""
-
-    def parse_args(self, ctx: Any, args: list[str]) -> list[str]:
-        """Read the arguments; of those with one minus, all but options of one letter are formulas or numbers."""
-        letters = {name for parameter in self.params for name in parameter.opts if len(name) == 2}
-
-        def is_formula(text: str) -> bool:
-            return text.startswith("-") and text[1:2] not in ("", "-") and text[:2] not in letters
-
-        # An argument that begins with a space is not an option
-        return super().parse_args(ctx, [f" {text}" if is_formula(text) else text for text in args])
 
 
 Output = Annotated[Path, typer.Option("-o", "--output", help="Folder for the results.")]
@@ -310,38 +294,45 @@ Variant = Annotated[
 ]
 
 
+Spp = Annotated[int | None, typer.Option(help="Samples per pixel; 64 unless --time or --target-error end it.")]
+Sampler = Annotated[
+    str,
+    typer.Option(
+        help="Design of the sets, such as sobol; scene: its own samples; owensobol: no sets; auto: by a pilot."
+    ),
+]
+Blend = Annotated[
+    str, typer.Option(help="auto: in each tile, use the weights as far as they help; off: use them fully.")
+]
+Adaptive = Annotated[
+    str | None, typer.Option(help="absolute or relative: more samples where a pilot finds more error of that kind.")
+]
+PixelError = Annotated[float, typer.Option(help="A pixel gets no more samples once its error is below this.")]
+Aov = Annotated[str | None, typer.Option(help="Extra channels of an .exr: albedo,normal,depth,variance,samples.")]
+TargetError = Annotated[
+    float | None,
+    typer.Option(help="Stop when the standard error of the pixels over the mean radiance is below this."),
+]
+View = Annotated[bool, typer.Option("--view", help="Show the image after each round on a page of this machine.")]
+
+
 @app.command()
 def render(
     scene: Scene,
     output: Annotated[Path, typer.Option("-o", "--output", help="Image to write, .exr or .png.")],
     domain: Domain = "auto",
-    spp: Annotated[
-        int | None, typer.Option(help="Samples per pixel; 64 unless --time or --target-error end it.")
-    ] = None,
-    sampler: Annotated[
-        str,
-        typer.Option(
-            help="Design of the sets, such as sobol; scene: its own samples; owensobol: no sets; auto: by a pilot."
-        ),
-    ] = "auto",
+    spp: Spp = None,
+    sampler: Sampler = "auto",
     order: Order = None,
     debias: Debias = "auto",
     weighted: Annotated[bool, typer.Option(help="Use the weights, or the same samples with equal weights.")] = True,
-    blend: Annotated[
-        str, typer.Option(help="auto: in each tile, use the weights as far as they help; off: use them fully.")
-    ] = "auto",
+    blend: Blend = "auto",
     jitter: Jitter = True,
-    adaptive: Annotated[
-        str | None, typer.Option(help="absolute or relative: more samples where a pilot finds more error of that kind.")
-    ] = None,
+    adaptive: Adaptive = None,
     at_least: Annotated[int, typer.Option(help="Samples per pixel of the pilot; the least number of a pixel.")] = 16,
     at_most: Annotated[int, typer.Option(help="Largest number of samples of a pixel; 0: four times the average.")] = 0,
-    pixel_error: Annotated[
-        float, typer.Option(help="A pixel gets no more samples once its error is below this.")
-    ] = 0.0,
-    aov: Annotated[
-        str | None, typer.Option(help="Extra channels of an .exr: albedo,normal,depth,variance,samples.")
-    ] = None,
+    pixel_error: PixelError = 0.0,
+    aov: Aov = None,
     denoise: Annotated[bool, typer.Option("--denoise", help="Write a denoised preview beside the image too.")] = False,
     size: Size = None,
     parameters: Parameters = None,
@@ -351,13 +342,8 @@ def render(
     per_round: Annotated[int | None, typer.Option("--round", help="Samples per pixel in a round.")] = None,
     resume: Annotated[bool, typer.Option("--resume", help="Continue from OUTPUT.state.npz.")] = False,
     time: Annotated[str | None, typer.Option(help="Stop after this time, such as 60s, 5m or 2h.")] = None,
-    target_error: Annotated[
-        float | None,
-        typer.Option(help="Stop when the standard error of the pixels over the mean radiance is below this."),
-    ] = None,
-    view: Annotated[
-        bool, typer.Option("--view", help="Show the image after each round on a page of this machine.")
-    ] = False,
+    target_error: TargetError = None,
+    view: View = False,
     scheduler: Scheduler = None,
     workers: Workers = None,
     store: Store = None,
@@ -472,16 +458,16 @@ def _viewer(scene: str, wanted: bool) -> Iterator[OnRound | None]:
 
     view = FilmView(Path(scene).stem)
     with serving(view) as url:
-        _say(f"{url} shows the image after each round")
+        say(f"{url} shows the image after each round")
         yield view.show
-        _say("the page stays until Ctrl-C")
+        say("the page stays until Ctrl-C")
         with suppress(KeyboardInterrupt):
             threading.Event().wait()
 
 
 def main() -> None:
     """Run the command line; a user's mistake is one line and exit code 2, a mistake of voroquad one and 70."""
-    _end_as_on_ctrl_c()
+    end_as_on_ctrl_c()
     try:
         if (code := app(standalone_mode=False)) == INTERRUPTED:
             raise KeyboardInterrupt
@@ -491,69 +477,16 @@ def main() -> None:
             error.show()
         sys.exit(2)
     except (ValueError, OSError, ImportError, MemoryError) as error:
-        _say(_one_line(error))
+        say(one_line(error))
         sys.exit(2)
     except (KeyboardInterrupt, typer.Abort):
-        _say("interrupted; nothing half-written was left")
+        say("interrupted; nothing half-written was left")
         sys.exit(INTERRUPTED)
     except Exception as error:
         if os.environ.get("VOROQUAD_DEBUG", "") not in ("", "0"):
             traceback.print_exception(error)
-        _say(f"error: {_described(error)}; please report it with the command and VOROQUAD_DEBUG=1's traceback")
+        say(f"error: {described(error, __file__)}; please report it with the command and VOROQUAD_DEBUG=1's traceback")
         sys.exit(INTERNAL)
-
-
-def _end_as_on_ctrl_c() -> None:
-    """Clean up on SIGTERM and SIGHUP too. The first of them counts: a closed terminal sends several at once."""
-    names = [name for name in ("SIGTERM", "SIGHUP") if hasattr(signal, name)]  # Windows has no SIGHUP
-    numbers = [signal.Signals[name] for name in names]
-
-    def end(number: int, frame: object) -> None:
-        for each in numbers:
-            signal.signal(each, signal.SIG_IGN)
-        raise KeyboardInterrupt
-
-    for number in numbers:
-        if signal.getsignal(number) is not signal.SIG_IGN:  # under nohup a closed terminal means nothing
-            signal.signal(number, end)
-
-
-def _say(line: str) -> None:
-    """Print a line on standard error, if there is still one."""
-    with suppress(OSError):
-        print(f"voroquad: {line}", file=sys.stderr, flush=True)
-
-
-#: The extra of the package that brings a module.
-_EXTRAS = {
-    **dict.fromkeys(("matplotlib", "mpl_toolkits", "jinja2", "markupsafe", "bokeh", "OpenEXR", "pydantic"), "study"),
-    **dict.fromkeys(("mitsuba", "drjit", "flip_evaluator"), "render"),
-    **dict.fromkeys(("vegas", "qmcpy"), "bench"),
-    "shapely": "geo",
-    "mitsuba_oidn": "denoise",
-    **dict.fromkeys(("distributed", "dask", "zarr", "fsspec"), "cluster"),
-}
-
-
-def _one_line(error: BaseException) -> str:
-    if isinstance(error, MemoryError):
-        return f"not enough memory ({error}); ask for fewer points or sets"
-    if isinstance(error, OSError) and error.filename is not None:
-        return f"{error.strerror}: {error.filename}"
-    text = " ".join(str(error).split())
-    module = (error.name or "").split(".")[0] if isinstance(error, ModuleNotFoundError) else ""
-    return f"{text}; {install_hint(_EXTRAS[module])}" if module in _EXTRAS else text
-
-
-def _described(error: Exception) -> str:
-    """Type, text and place of an exception that nothing expected; the place is the innermost line of this package."""
-    frames = traceback.extract_tb(error.__traceback__)
-    package = str(Path(__file__).parent)
-    own = [frame for frame in frames if frame.filename.startswith(package) and frame.filename != __file__]
-    place = (own or frames)[-1]
-    name = Path(place.filename).relative_to(package) if own else place.filename
-    text = " ".join(str(error).split())
-    return f"{type(error).__name__}{': ' * bool(text)}{text} ({name}, line {place.lineno})"
 
 
 def _number(value: float) -> float | None:

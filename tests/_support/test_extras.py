@@ -11,8 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from voroquad import cli
-from voroquad._support.extras import install_hint
+from voroquad._support.extras import EXTRA_OF, install_hint
 
 ROOT = Path(__file__).resolve().parents[2]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
@@ -46,8 +45,8 @@ def test_the_command_line_knows_the_extra_of_every_module():
                 imported.add(node.module.split(".")[0])
     others = imported - required - set(sys.stdlib_module_names) - {"voroquad"}
     elsewhere = {"tornado", "mrinufft"}  # comes with Bokeh, whose absence is told; imports voroquad itself
-    assert others - set(cli._EXTRAS) <= elsewhere
-    assert set(cli._EXTRAS.values()) <= set(EXTRAS)
+    assert others - set(EXTRA_OF) <= elsewhere
+    assert set(EXTRA_OF.values()) <= set(EXTRAS)
 
 
 WITHOUT = """

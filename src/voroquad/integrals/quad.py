@@ -24,7 +24,7 @@ from .methods import adaptive, estimator
 from .pieces import Part, Sum
 from .places import parts_of
 from .progress import Progress, batches, ended, following
-from .refinement import refine, tolerance
+from .refinement import Tolerance, refine, tolerance
 from .regions import Region
 from .result import QuadResult
 from .rotation import rotating
@@ -48,6 +48,12 @@ INSTEAD = {
     "neval": "n_points=",
     "nitn": "n_estimates=",
 }
+
+#: Arguments of `quad` that determine at which points func is evaluated, and in which batches.
+SETTINGS = (
+    "func", "args", "kwargs", "a", "b", "measure", "loc", "scale", "n_points", "n_estimates", "adapt", "method",
+    "sampler", "order", "debias", "rng", "rtol", "atol", "max_evaluations", "batch",
+)  # fmt: skip
 
 
 def _answer_others(function: Callable[P, R]) -> Callable[P, R]:
@@ -247,33 +253,21 @@ def quad(
     >>> r.n_evaluations
     1024
     """
+    given = {name: value for name, value in locals().items() if name in SETTINGS}
     n_points, n_estimates = positive_int("n_points", n_points), positive_int("n_estimates", n_estimates)
     threads = thread_count(threads)
     one_of("debias", debias, DEBIAS)
     wanted = None if rtol is None and atol is None else tolerance(rtol or 0, atol or 0)
     batch = None if batch is None else positive_int("batch", batch)
-    if callback is not None and not callable(callback):
-        raise TypeError(f"callback must be callable, as lambda p: p.n_evaluations > 10**6 is, got {callback!r}")
+    _check_callback(callback)
     most = n_points * n_estimates if wanted is None else _budget(max_evaluations, n_estimates)
     generator = as_generator(rng)
     places, library = parts_of(a, b, measure, loc, scale)
     adaptations: list[Adaptation] = []
     watch: Watch[Estimate] = Watch()
     watch_here = watch if len(places) == 1 else WatchOfParts(watch)
-    followed = progress or not vectorized or any(given is not None for given in (callback, store, client))
-    kept = None
-    if store is not None:
-        if rng is None:
-            raise ValueError("store needs a seed, or the same call has other points; give rng (--seed), such as 1")
-        kept = KeptEvaluations.of(
-            store,
-            {
-                "func": func, "args": args, "kwargs": kwargs, "a": a, "b": b, "measure": measure, "loc": loc,
-                "scale": scale, "n_points": n_points, "n_estimates": n_estimates, "adapt": adapt, "method": method,
-                "sampler": sampler, "order": order, "debias": debias, "rng": generator, "rtol": rtol, "atol": atol,
-                "max_evaluations": max_evaluations, "batch": batch,
-            },
-        )  # fmt: skip
+    followed = progress or not vectorized or any(x is not None for x in (callback, store, client))
+    kept = None if store is None else _kept_in(store, rng, given | {"rng": generator, "n_points": n_points})
     with mapping(workers, (func, args, kwargs), client, kept) as (spread, parts):
         most_at_once = batches(batch, n_points, followed)
         function = Function(func, library, args, kwargs, vectorized, spread, parts, most_at_once, kept)
@@ -283,18 +277,40 @@ def quad(
         else:
             region = single(places, adapt, wanted is not None)
             estimate = rule.adapted(region, n_estimates, adapt is True, adaptations.append)
-
-        def compute() -> Estimate:
-            if wanted is None:
-                return estimate(n_points)
-            first, dimension = n_points * n_estimates, places[0].region.d
-            return refine(
-                lambda n: estimate(n // n_estimates), wanted, first, most, dimension, function.diagnoses, watch
-            )
-
+        d = places[0].region.d
+        compute = _computing(estimate, wanted, n_points, n_estimates, most, d, function, watch)
         with following(watch, function, callback, progress, most):
             result = ended(lambda: _with_gradients(compute(), function), watch, function)
     return replace(result, adaptation=adaptations[0] if adaptations else None)
+
+
+def _computing(
+    estimate: Callable[[int], Estimate],
+    wanted: Tolerance | None,
+    n_points: int,
+    n_estimates: int,
+    most: int,
+    d: int,
+    function: Function,
+    watch: Watch[Estimate],
+) -> Callable[[], Estimate]:
+    """What computes the estimate, refined until it meets a tolerance if there is one."""
+    if wanted is None:
+        return lambda: estimate(n_points)
+    first = n_points * n_estimates
+    return lambda: refine(lambda n: estimate(n // n_estimates), wanted, first, most, d, function.diagnoses, watch)
+
+
+def _check_callback(callback: Any) -> None:
+    if callback is not None and not callable(callback):
+        raise TypeError(f"callback must be callable, as lambda p: p.n_evaluations > 10**6 is, got {callback!r}")
+
+
+def _kept_in(store: str | os.PathLike[str], rng: Rng, settings: dict[str, Any]) -> KeptEvaluations:
+    """The evaluations that a store has of a call with these settings."""
+    if rng is None:
+        raise ValueError("store needs a seed, or the same call has other points; give rng (--seed), such as 1")
+    return KeptEvaluations.of(store, {name: settings[name] for name in SETTINGS})
 
 
 def _with_gradients(found: Estimate, function: Function) -> Estimate:
