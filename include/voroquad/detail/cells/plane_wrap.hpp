@@ -95,10 +95,10 @@ private:
               bool mirrors) {
         wraps_.reset(points.size() + 4);
         for (std::size_t lane = 0; lane < tasks.size(); ++lane) {
-            const auto [site, reach2] = tasks[lane];
-            clipper_->move_to(site);
-            wraps_.add_all(lane, [&, site = site, reach2 = reach2](auto &&add) {
-                points.nearer_than(reach2, clipper_->site(), site - first, add);
+            const Task &task = tasks[lane];
+            clipper_->move_to(task.site);
+            wraps_.add_all(lane, [&](auto &&add) {
+                points.nearer_than(task.reach2, clipper_->site(), task.site - first, add);
             });
             if (mirrors) add_mirrors(lane);
         }
