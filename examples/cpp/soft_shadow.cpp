@@ -36,7 +36,8 @@ int main() {
     // Three images: equal weights, cells, and a reference
     for (std::size_t row = 0; row < height; ++row)
         for (std::size_t column = 0; column < width; ++column) {
-            const double x = 6.0 * column / width - 3, z = 4.0 * row / height - 2;
+            const double x = 6.0 * static_cast<double>(column) / static_cast<double>(width) - 3;
+            const double z = 4.0 * static_cast<double>(row) / static_cast<double>(height) - 2;
             const std::size_t s = random() % sets;
             double equal = 0, weighted = 0, reference = 0;
             for (std::size_t i = s * n; i < (s + 1) * n; ++i) {
