@@ -15,6 +15,7 @@ from .adaptive_grid import AdaptiveGrid
 from .estimates import Estimate, Estimator
 from .integrand import Integrand
 from .leaves import LeafEstimator
+from .nets import NetEstimator
 from .partition import Partition
 from .regions import Region
 from .spread import across
@@ -34,9 +35,6 @@ MANY_POINTS = {1: 8192, 2: 8192, 3: 16_384}
 
 #: What "local" takes where no order is asked for, by dimension, else cubics; on a line it is left to the points.
 LOCAL_METHODS: dict[int, tuple[Method, ...]] = {1: (), 2: (local(8),)}
-
-#: Fewest replicates of Sobol' points behind a map; there are up to twice as many.
-FEWEST_NETS = 4
 
 
 def estimator(
@@ -91,7 +89,7 @@ def adaptive(
             return plain(region)
         integrand = learner.integrand(region)
         if len(partition) == 1:
-            return lambda n: _nets(integrand, n * sets, sets, learner.rng, threads)
+            return NetEstimator(integrand, sets, learner.rng)
         leaves = LeafEstimator(integrand, partition, learner.rng, threads)
         return lambda n: across([leaves(n) for _ in range(sets)])
 
@@ -101,13 +99,6 @@ def adaptive(
         return rounds
     grid = AdaptiveGrid(learner, sets, threads, report)
     return lambda n: grid(n) if learner.always or n >= MANY_POINTS[d] else rounds(n)
-
-
-def _nets(integrand: Integrand, n: int, sets: int, rng: np.random.Generator, threads: int) -> Estimate:
-    """The mean of replicates of Sobol' points, at least FEWEST_NETS of at most n in all."""
-    sets = max(sets, FEWEST_NETS)
-    size = 1 << max(0, (n // sets).bit_length() - 1)
-    return Estimator(integrand, "sobol", ORDER_ZERO, "auto", max(sets, n // size), rng, threads)(size)
 
 
 def _check_own_points(
