@@ -1,4 +1,4 @@
-"""Files have at most 500 lines, and functions at most 60 without their docstring."""
+"""Files have at most 500 lines, and functions at most 60 without docstring and inner definitions."""
 
 from __future__ import annotations
 
@@ -14,14 +14,24 @@ SUFFIXES = {".py", ".hpp", ".cpp", ".js", ".css", ".html"}
 LINES_OF_A_FILE, LINES_OF_A_FUNCTION = 500, 60
 
 
+DEFINITIONS = (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
+
+
+def lines_of(node: ast.AST) -> set[int]:
+    """The lines of a definition or statement."""
+    return set(range(node.lineno, node.end_lineno + 1))
+
+
 def long_functions(source: str, most: int) -> Iterator[str]:
-    """The functions with more lines than that."""
+    """The functions with more lines than that; definitions inside them count by themselves."""
     for node in ast.walk(ast.parse(source)):
         if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
-            lines = range(node.lineno, node.end_lineno + 1)
-            first = node.body[0]
-            docstring = range(first.lineno, first.end_lineno + 1) if ast.get_docstring(node) is not None else range(0)
-            if len(lines) - len(docstring) > most:
+            own = lines_of(node)
+            if ast.get_docstring(node) is not None:
+                own -= lines_of(node.body[0])
+            for statement in node.body:
+                own -= lines_of(statement) if isinstance(statement, DEFINITIONS) else set()
+            if len(own) > most:
                 yield node.name
 
 
