@@ -138,6 +138,7 @@ WEIGHTS = RenderMethod(
     {"sampler": "stratified", "weighted": True, "blend": "auto"} | OWEN_SOBOL.properties,
     Line(VERMILION, "dotted", "diamond"),
 )  # fmt: skip
+#: Its cost is an estimate: the pilot's wavefronts and those of each level are smaller
 ADAPTIVE = RenderMethod("adaptive", "adaptive", "plain", {"adaptive": "absolute"}, Line(SKY, "solid"), cost=1.1)
 
 
