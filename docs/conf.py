@@ -2,11 +2,7 @@
 
 from __future__ import annotations
 
-import importlib.util
 from pathlib import Path
-
-from sphinx.application import Sphinx
-from sphinx.directives.code import CodeBlock
 
 import voroquad
 
@@ -19,11 +15,8 @@ project = "voroquad"
 copyright = "the voroquad authors, MIT licence"
 version = release = voroquad.__version__
 
-# Notebooks are executed by Jupyter; a build without it shows their code only
-has_jupyter = importlib.util.find_spec("myst_nb") is not None
-
 extensions = [
-    "myst_nb" if has_jupyter else "myst_parser",
+    "myst_nb",
     "numpydoc",
     "sphinx.ext.autodoc",
     "sphinx.ext.autosummary",
@@ -33,7 +26,7 @@ extensions = [
     "sphinx-mathjax-offline",  # formulas without network
 ]
 # The former, first, is that of the pages of the API, docs/generated
-source_suffix = {".rst": "restructuredtext", ".md": "myst-nb" if has_jupyter else "markdown"}
+source_suffix = {".rst": "restructuredtext", ".md": "myst-nb"}
 
 templates_path = ["templates"]
 exclude_patterns = ["paper"]  # docs/paper/build.sh makes a PDF of it
@@ -67,9 +60,3 @@ html_theme_options = {
     "dark_css_variables": {"color-brand-primary": "#7cb7f0", "color-brand-content": "#7cb7f0"},
 }
 copybutton_exclude = ".linenos, .gp, .go"
-
-
-def setup(app: Sphinx) -> None:
-    """Show the cells of notebooks as code where nothing executes them."""
-    if not has_jupyter:
-        app.add_directive("code-cell", CodeBlock)

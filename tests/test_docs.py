@@ -1,7 +1,6 @@
 """The documentation builds without a warning, holds the committed numbers and takes nothing from the network."""
 
 import csv
-import importlib.util
 import re
 import subprocess
 import sys
@@ -18,8 +17,7 @@ def site(made_once):
 
     def build(folder):
         command = [sys.executable, "-m", "sphinx", "-q", "-W", "--keep-going", "-b", "html"]
-        if importlib.util.find_spec("myst_nb"):
-            command += ["-D", "nb_execution_mode=off"]  # tests/test_notebooks.py runs their programs
+        command += ["-D", "nb_execution_mode=off"]  # tests/test_notebooks.py runs their programs
         done = subprocess.run([*command, ROOT / "docs", folder], capture_output=True, text=True)
         assert done.returncode == 0, done.stderr
         assert done.stderr == ""
