@@ -24,31 +24,31 @@ settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "default"))
 
 
 @pytest.fixture(scope="session")
-def shared(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def folder_of_this_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder for all processes of this test run."""
     base = tmp_path_factory.getbasetemp()
     return base.parent if os.environ.get("PYTEST_XDIST_WORKER") else base
 
 
 @pytest.fixture(scope="session", autouse=True)
-def _cache_of_this_run(shared: Path) -> None:
+def _cache_of_this_run(folder_of_this_run: Path) -> None:
     """Tables of the bias function are made anew by a test run, once for all its processes."""
-    os.environ["VOROQUAD_CACHE_DIR"] = str(shared / "cache")
+    os.environ["VOROQUAD_CACHE_DIR"] = str(folder_of_this_run / "cache")
 
 
 @pytest.fixture(scope="session")
-def made_once(shared: Path) -> Callable[[str, Callable[[Path], None]], Path]:
+def made_once(folder_of_this_run: Path) -> Callable[[str, Callable[[Path], None]], Path]:
     """A folder that one process of this test run makes for all; the others wait for it."""
 
     def folder_of(name: str, make: Callable[[Path], None]) -> Path:
         import fcntl  # not where wheels are tested on Windows, which make nothing so
 
-        with (shared / f"{name}.lock").open("w") as lock:
+        with (folder_of_this_run / f"{name}.lock").open("w") as lock:
             fcntl.flock(lock, fcntl.LOCK_EX)
-            folder = shared / name
+            folder = folder_of_this_run / name
             if not folder.exists():
-                make(shared / f"{name}-unfinished")
-                (shared / f"{name}-unfinished").rename(folder)
+                make(folder_of_this_run / f"{name}-unfinished")
+                (folder_of_this_run / f"{name}-unfinished").rename(folder)
         return folder
 
     return folder_of
