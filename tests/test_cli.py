@@ -172,12 +172,13 @@ def test_ctrl_c_and_a_kill_leave_nothing(tmp_path):
         runs[sent] = subprocess.Popen(
             [*PROGRAM, "study", "-o", "deep/out"], cwd=folder, stderr=subprocess.PIPE, text=True
         )
+    waiting = dict(runs)
+    while waiting:
+        for sent in [sent for sent in waiting if list(tmp_path.glob(f"{sent.name}/deep/.out-*"))]:  # at work
+            waiting.pop(sent).send_signal(sent)
+        time.sleep(0.01)
     for sent, run in runs.items():
         folder = tmp_path / sent.name
-        while not list(folder.glob("deep/.out-*")):  # until it is at work
-            assert run.poll() is None
-            time.sleep(0.05)
-        run.send_signal(sent)
         _, said = run.communicate(timeout=60)
         assert run.returncode == 130
         assert "interrupted; nothing half-written was left" in said

@@ -157,10 +157,8 @@ def test_many_sets_show_the_bias_of_cells(opened):
     opened.evaluate("live.set({ d: 1, n: 5, design: 'uniform', integrand: 'exp(x)', rule: 'none' })")
 
     def mean_error():
-        button = opened.get_by_role("button", name="Draw many sets")
-        button.click()
-        button.wait_for(state="detached")
-        button.wait_for()  # it draws 20 000 and stops
+        opened.get_by_role("button", name="Draw many sets").click()
+        opened.locator("#many[aria-pressed=false]").wait_for()  # it draws 20 000 and stops
         mean, error = opened.locator("#chosen td").nth(2).inner_text().split(" ± ")
         return float(mean) / float(error)
 
