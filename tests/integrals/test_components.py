@@ -64,6 +64,21 @@ def test_what_components_have_in_common_cancels():
     assert r.ratio(0, 1).standard_error < 1e-14 < r.standard_error[0]
 
 
+@pytest.mark.parametrize("power", [-960, 900])
+@pytest.mark.parametrize("options", [{"a": [0] * 5, "b": [1] * 5, "n_estimates": 3, "method": "polynomials"}, {}])
+def test_errors_of_sums_and_ratios_scale_with_the_integrand(power, options):
+    def func(x):
+        return 1 + np.stack([x[0] ** 2, np.abs(x[-1] - 0.4)])
+
+    options = options or {"measure": vq.PiecewiseUniform([0, 0.5, 1], [1, 2])}
+    one = vq.quad(func, n_points=512, rng=3, **options)
+    many = vq.quad(lambda x: np.ldexp(func(x), power), n_points=512, rng=3, **options)
+    sums = one.linear([1, 2]).standard_error, many.linear([1, 2]).standard_error
+    assert sums[1] == pytest.approx(np.ldexp(sums[0], power), rel=1e-12)
+    assert many.ratio(0, 1).standard_error == pytest.approx(one.ratio(0, 1).standard_error, rel=1e-12)
+    assert 0 < one.ratio(0, 1).standard_error < 0.01
+
+
 def test_components_of_structures_are_named_by_their_keys():
     def f(x):
         return {"norm": np.exp(x[0]), "pair": (x[1] * np.exp(x[0]), np.stack([x[0], x[0] ** 2]) * np.exp(x[0]))}

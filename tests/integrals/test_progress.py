@@ -20,7 +20,7 @@ import scipy.stats
 import voroquad as vq
 from voroquad.designs.sampling import sample
 from voroquad.integrals import pilot
-from voroquad.integrals.estimates import plain_estimate
+from voroquad.integrals.estimates import PlainMean
 from voroquad.integrals.evaluation import Function
 from voroquad.integrals.integrand import Integrand
 from voroquad.integrals.library import Library
@@ -206,7 +206,7 @@ def stopped_early(in_random_order: bool, repetitions: int) -> np.ndarray:
         done: list[np.ndarray] = []
         with pytest.raises(Stop):
             integrand.in_random_order(drawn, done) if in_random_order else integrand._evaluated(drawn, done)
-        found.append(plain_estimate(done).mean[0])
+        found.append(PlainMean(done).estimate().mean[0])
     return np.array(found)
 
 

@@ -17,6 +17,7 @@ from .partition import Partition, grow
 from .pieces import Part
 from .regions import Region, within
 from .separable_map import INTERVALS, MappedRegion, SeparableMap, refined
+from .units import scaled
 
 #: Rounds of the pilot with maps, and then with maps and trees; the part of all evaluations that each takes, as the
 #: first one does. What is left is the final round's.
@@ -97,7 +98,7 @@ class PilotSamples:
 
     def masses(self) -> Array:
         r"""What each sample (n,) stands for of the integral of \|f\|, which is 1 for each component."""
-        masses = np.abs(np.nan_to_num(self.values)) * self.weights
+        masses = np.abs(np.nan_to_num(scaled(self.values, axis=1))) * self.weights
         sums = masses.sum(axis=1, keepdims=True)
         return np.divide(masses, sums, out=np.zeros_like(masses), where=sums > 0).sum(axis=0)
 
@@ -114,7 +115,7 @@ class PilotSamples:
         slopes = warp(v)[1]
         with np.errstate(divide="ignore"):
             weights = np.where(slopes > 0, self.weights / slopes, 0)
-        return grow(v, self.values * slopes, weights)
+        return grow(v, scaled(self.values, axis=1) * slopes, weights)
 
 
 @dataclass(frozen=True)
@@ -137,6 +138,10 @@ class Learner:
     region: Region
     always: bool
     rng: np.random.Generator
+
+    def adapts(self, found_in: float) -> bool:
+        """Whether to adapt where the first round has this concentration."""
+        return self.always or found_in < CONCENTRATED
 
     def first(self, n: int) -> PilotSamples:
         """At most n samples of the region as it is."""
@@ -197,7 +202,7 @@ class AdaptiveEstimator:
         warp, partition = SeparableMap.identity(region.d), Partition.whole(region.d)
         pool = self.pilot.first(size)
         found_in = concentration(pool.values)
-        adapted = self.pilot.always or found_in < CONCENTRATED
+        adapted = self.pilot.adapts(found_in)
         if adapted:
             warp = self.pilot.learn_map(pool, MAP_ROUNDS, size)
             warp, partition = self.pilot.learn_tree(pool, warp, TREE_ROUNDS, size)
@@ -238,7 +243,7 @@ def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region:
 
 def concentration(values: Array) -> float:
     """(Σ|f|)² / (n Σ f²), the least of all components (fields, n) that are not 0."""
-    sizes = np.abs(np.nan_to_num(values))
+    sizes = np.abs(np.nan_to_num(scaled(values, axis=1)))
     squares = np.square(sizes).sum(axis=1)
     parts = sizes.sum(axis=1)[squares > 0] ** 2 / (values.shape[1] * squares[squares > 0])
     return float(parts.min()) if len(parts) else 1.0

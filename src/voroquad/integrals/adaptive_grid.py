@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._support.arrays import Array
-from .adaptation import CONCENTRATED, Adaptation, Learner, PilotSamples, Round, concentration, round_size
+from .adaptation import Adaptation, Learner, PilotSamples, Round, concentration, round_size
 from .estimates import Estimate
 from .partition import Partition
 from .pilot import RULES, PilotRun, grid_side
@@ -49,7 +49,7 @@ class AdaptiveGrid:
         size = round_size(n, 1)
         plain = self._run(self.pilot.region, grid_side(n, d))
         values, identity = plain.grid_values(), SeparableMap.identity(d)
-        if not self.pilot.always and concentration(values) >= CONCENTRATED:
+        if not self.pilot.adapts(concentration(values)):
             self._tell(identity, values, 0, False)
             return plain.estimates(n, self.sets)
         centres = RULES[d].centres(plain.k, 0, plain.cells)

@@ -10,6 +10,7 @@ import numpy as np
 from .._support.arrays import Array, Numbers
 from .estimates import Estimate
 from .structures import Form, mapped, part
+from .units import norm, scaled
 
 #: If a denominator is smaller than this number of its standard errors, the error of the ratio is not reliable.
 FEWEST_ERRORS = 4.0
@@ -38,7 +39,7 @@ class Linked:
         """Standard error (...); of complex numbers those of the real and of the imaginary part."""
 
         def of(part: Array) -> Array:
-            return np.hypot(np.sqrt(np.square(part).sum(axis=-1)), self.rounding)
+            return np.hypot(norm(part, axis=-1), self.rounding)
 
         if not np.iscomplexobj(self.value):
             return of(self.deviations)
@@ -59,7 +60,7 @@ class Linked:
 
     def combined(self, c: Numbers) -> Linked:
         """The sums Σ_k c_k self_k, (...), of coefficients c (..., M) and numbers (M,)."""
-        return Linked(c @ self.value, c @ self.deviations, np.sqrt(np.square(np.abs(c)) @ np.square(self.rounding)))
+        return Linked(c @ self.value, c @ self.deviations, norm(np.abs(c) * self.rounding, axis=-1))
 
     @property
     def covariance(self) -> Numbers:
@@ -79,6 +80,7 @@ def scaled_deviations(estimate: Estimate) -> Array | None:
     deviations = np.ones((1, 1)) if len(own) == 1 else estimate.deviations
     if deviations is None:
         return None
+    deviations = scaled(deviations, axis=1)
     size = np.sqrt(np.square(deviations).sum(axis=1))
     return deviations * np.divide(own, size, out=np.zeros_like(own), where=size > 0)[:, None]
 

@@ -15,9 +15,11 @@ from ..designs.sampling import SampleSet, largest_size, sample
 from ..rules.fit import ChosenFit, CrossFit, Fit, ResidualFit
 from ..rules.method import Method
 from ..rules.registry import Rule, integration_rule, tells_own_error
+from .batch_sums import BatchSums
 from .diagnostics import IntegrationWarning, diagnosis
 from .gradients import WeightedCalls
 from .integrand import Integrand
+from .units import powers
 
 #: Replicates that one estimate is split into where a rule needs several sets.
 REPLICATES = 4
@@ -76,11 +78,11 @@ class Values:
         """Those at points (sets, n, d), each of which is uniform in the box."""
         sets, n, d = points.shape
         done: list[Array] = []
-        integrand.watch.follow(lambda: plain_estimate(done))
+        integrand.watch.follow(PlainMean(done).estimate)
         values = integrand.in_random_order(points.reshape(-1, d), done)
-        _, power = np.frexp(np.abs(values).max(axis=1, initial=0, where=np.isfinite(values)))
-        values = np.ldexp(values, -power[:, None])
-        return cls(np.ascontiguousarray(values.reshape(-1, sets, n).swapaxes(0, 1)), power)
+        power = powers(values, axis=1)
+        values = np.ldexp(values, -power)
+        return cls(np.ascontiguousarray(values.reshape(-1, sets, n).swapaxes(0, 1)), power[:, 0])
 
     @property
     def n(self) -> int:
@@ -171,15 +173,32 @@ class Estimator:
         return Estimate(mean, error, rounding, values.n, degrees_of_freedom, tuple(warnings), deviations)
 
 
-def plain_estimate(parts: list[Array]) -> Estimate | None:
-    """The mean of values (fields, m) of several batches at points in random order; None of fewer than two points."""
-    n = sum(part.shape[1] for part in parts)
-    if n < 2:
-        return None
-    values = np.concatenate(parts, axis=1)
-    error = values.std(axis=1, ddof=1) / math.sqrt(n)
-    warnings = tuple(too_few_samples(values[None]))
-    return Estimate(values.mean(axis=1), error, np.zeros_like(error), n, n - 1, warnings)
+class PlainMean:
+    """The mean of values (fields, m) of batches at points in random order; each batch is summed once.
+
+    Parameters
+    ----------
+    parts : list of ndarray
+        Grows as batches come.
+    """
+
+    def __init__(self, parts: list[Array]):
+        self._parts = parts
+        self._known: tuple[int, BatchSums | None] = 0, None  # how many are summed, and their sums
+
+    def estimate(self) -> Estimate | None:
+        """That of the batches so far; None of fewer than two points."""
+        summed, sums = self._known
+        for part in self._parts[summed:]:
+            new = BatchSums.of(part)
+            sums = new if sums is None else sums + new
+        self._known = len(self._parts), sums  # at once, since Ctrl-C may come at any time
+        if sums is None or sums.n < 2:
+            return None
+        n, error = sums.n, np.sqrt(sums.scatter / (sums.n - 1)) / math.sqrt(sums.n)
+        warnings = tuple(unresolved(sums.absolute, sums.square, sums.square == 0, n))
+        mean, error = (np.ldexp(x, sums.power) for x in (sums.mean, error))
+        return Estimate(mean, error, np.zeros_like(error), n, n - 1, warnings)
 
 
 def _told(rule: Rule, fit: Fit, fields: int) -> tuple[str, ...]:

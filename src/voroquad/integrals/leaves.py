@@ -7,6 +7,7 @@ import math
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._support.arrays import Array, Indices
 from ..designs.grids import even_sizes
@@ -19,6 +20,7 @@ from .diagnostics import IntegrationWarning
 from .estimates import Estimate, surprising_stratum, unresolved
 from .integrand import Integrand
 from .partition import Partition
+from .units import powers
 
 #: Fewest samples of a leaf: of one there is no residual.
 FEWEST_IN_LEAF = 2
@@ -100,12 +102,12 @@ class LeafEstimator:
         places = np.concatenate([group.places(self.partition) for group in groups])
         begin = len(self.integrand.function.tape)
         values = self.integrand(places)
-        _, power = np.frexp(np.abs(values).max(axis=1, initial=0, where=np.isfinite(values)))
-        values = np.ldexp(values, -power[:, None])
+        power = powers(values, axis=1)
+        values = np.ldexp(values, -power)
         cuts = np.cumsum([group.samples.n * len(group.leaves) for group in groups])[:-1]
         parts = [self._part(*one) for one in zip(groups, np.split(values, cuts, axis=1), strict=True)]
         weights, corrections, weighted = (np.concatenate(x, axis=1) for x in zip(*parts, strict=True))
-        found = self._estimate(places, weights * values, corrections, weighted, power)
+        found = self._estimate(places, weights * values, corrections, weighted, power[:, 0])
         return replace(found, terms=self.integrand.weighted_calls(begin, places, weights))
 
     def _part(self, group: LeafSets, values: Array) -> tuple[Array, Array, Array]:
@@ -119,7 +121,9 @@ class LeafEstimator:
         weights, of_corrections_, of_values = (x.swapaxes(0, 1).reshape(x.shape[1], -1) for x in found)
         return weights, of_corrections_, of_values
 
-    def _estimate(self, places: Array, terms: Array, corrections: Array, weighted: Array, power: Array) -> Estimate:
+    def _estimate(
+        self, places: Array, terms: Array, corrections: Array, weighted: Array, power: NDArray[np.intc]
+    ) -> Estimate:
         n = len(places)
         bar = of_corrections(n * corrections)
         rounding = ROUNDING * self.integrand.epsilon * np.abs(terms).sum(axis=1)

@@ -13,6 +13,7 @@ from .components import scaled_deviations
 from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import Estimate
 from .regions import Region
+from .units import norm, powers
 
 #: Pieces with fewer samples are joined, since there is neither a good rule nor a good error for so few.
 FEWEST = 16
@@ -121,7 +122,9 @@ def total(estimates: Sequence[Estimate]) -> Estimate:
     components.
     """
     mean = np.sum([e.mean for e in estimates], axis=0)
-    squares = np.array([np.square(e.error) for e in estimates])
+    errors = np.stack([e.error for e in estimates])
+    power = powers(errors, axis=0)
+    squares = np.square(np.ldexp(errors, -power))
     whole = squares.sum(axis=0)
     parts = np.divide(squares, whole, out=np.zeros_like(squares), where=whole > 0)
     freedom = np.array([1 / e.degrees_of_freedom for e in estimates])  # 0 where it is infinite
@@ -129,10 +132,10 @@ def total(estimates: Sequence[Estimate]) -> Estimate:
         degrees = float(np.min(1 / (freedom @ np.square(parts))))
     deviations = [scaled_deviations(e) for e in estimates]
     known = [d for d in deviations if d is not None]
-    rounding = np.sqrt(np.sum([np.square(e.rounding) for e in estimates], axis=0))
+    rounding = norm(np.stack([e.rounding for e in estimates]), axis=0)
     return Estimate(
         mean,
-        np.sqrt(whole),
+        np.ldexp(np.sqrt(whole), power[0]),
         rounding,
         sum(e.n for e in estimates),
         degrees,

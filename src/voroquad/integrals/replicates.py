@@ -14,6 +14,7 @@ from ..rules.nested_fits import NormalEquations, fits, predicted, terms_of
 from .estimates import Estimate, unresolved
 from .integrand import Integrand
 from .spread import across
+from .units import deviation
 
 REPLICATES = 8
 
@@ -110,7 +111,7 @@ class _Replicates:
         means, each = (self._corrected, self.m) if len(self._corrected) > 1 else (self._plain, self.fitted)
         if len(means) < 2:
             return None
-        error = ERROR_SCALE * np.std(means, axis=0, ddof=1) / math.sqrt(len(means))
+        error = ERROR_SCALE * deviation(np.stack(means), axis=0) / math.sqrt(len(means))
         return Estimate(np.mean(means, axis=0), error, np.zeros_like(error), each * len(means), len(means) - 1)
 
     def _values(self, x: Array) -> Array:

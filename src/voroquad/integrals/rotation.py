@@ -19,6 +19,7 @@ from .integrand import Integrand
 from .measures import ProductMeasure
 from .pieces import Part
 from .regions import Region, within
+from .units import scaled
 
 #: Fewest dimensions in which coordinates are turned; below, strata do without.
 FEWEST_DIMENSIONS = 5
@@ -145,6 +146,7 @@ def directions(z: Array, values: Array) -> Array:
     Stein's identity the mean gradient of r among points of like q₀·z is there the mean of r z, and the mean Hessian of
     r the mean of r z zᵀ.
     """
+    values = scaled(values, axis=1)
     centred = values - values.mean(axis=1, keepdims=True)
     size = centred.std(axis=1)
     known = np.isfinite(size) & (size > 0)

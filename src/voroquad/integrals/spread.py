@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from .estimates import Estimate
+from .units import deviation
 
 
 def across(found: list[Estimate], shared: int = 0) -> Estimate:
@@ -16,7 +17,7 @@ def across(found: list[Estimate], shared: int = 0) -> Estimate:
         return found[0]
     means = np.stack([e.mean for e in found])
     rounding = np.mean([e.rounding for e in found], axis=0)
-    error = means.std(axis=0, ddof=1) / math.sqrt(len(found))
+    error = deviation(means, axis=0) / math.sqrt(len(found))
     warnings = {w.kind: w for e in found for w in e.warnings}
     n = sum(e.n - shared for e in found) + shared
     mean = means.mean(axis=0)
