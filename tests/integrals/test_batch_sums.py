@@ -9,7 +9,7 @@ from voroquad.integrals.estimates import PlainMean
 def batches(power=0):
     """Values of three components, one of them 0 for long, whose sizes grow from batch to batch."""
     rng = np.random.default_rng(4)
-    found = [np.ldexp(rng.normal(3, 1, size=(3, m)), power + 40 * k) for k, m in enumerate((1, 7, 2, 30))]
+    found = [np.ldexp(rng.normal(3, 1, size=(3, m)), power + 6 * k) for k, m in enumerate((1, 7, 2, 30))]
     for part in found[:2]:
         part[2] = 0
     return found
