@@ -170,6 +170,15 @@ public:
         for (std::size_t i = 0; i < part.size(); ++i) sums_[i % fields_].add(part[i]);
     }
 
+    // Multiplies the values of a component by 2^power, on the grid and in the sums so far. It is
+    // exact unless a number under- or overflows. Values that are added later are in the new unit.
+    void rescale(std::size_t field, int power) {
+        VOROQUAD_CHECK(field < fields_, "PilotRule: there is no such component");
+        double *values = grid(field);
+        for (std::size_t i = 0; i < cells_; ++i) values[i] = std::ldexp(values[i], power);
+        sums_[field].rescale(power);
+    }
+
     // Sums over the cells that have been added
     const detail::PilotSums &sums(std::size_t field) const { return sums_[field]; }
 

@@ -102,6 +102,8 @@ void bind_rule(nb::module_ &m) {
                 self.add(values.data(), threads, CheckSignals());
             },
             "values"_a, "threads"_a)
+        .def("rescale", &Rule::rescale, "field"_a, "power"_a,
+             "Multiply the values of a component by 2^power, on the grid and in the sums so far.")
         .def(
             "worst",
             [](const Rule &r, std::size_t field) {

@@ -147,6 +147,95 @@ def test_no_scale_of_the_integrand_changes_a_digit(power):
     assert other.standard_error == math.ldexp(one.standard_error, power)
 
 
+@pytest.mark.parametrize(
+    ("func", "d", "n", "exact"),
+    [
+        (lambda x: np.exp(-(((x[0] - 0.30002) / 1e-5) ** 2) / 2), 1, 9000, 1e-5 * math.sqrt(2 * math.pi)),
+        (lambda x: np.exp(-2e4 * x[0]), 2, 8192, 1 / 2e4),
+        (lambda x: np.exp(-4e4 * x[0]), 2, 8192, 1 / 4e4),
+    ],
+)
+@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
+def test_samples_far_above_the_grid_have_an_error(func, d, n, exact):
+    """The largest samples are 10^87 to 10^190 times as large as the grid's largest value."""
+    r = vq.quad(func, [0] * d, [1] * d, n_points=n, rng=3)
+    assert abs(r.integral - exact) / 10 < r.standard_error < exact
+
+
+def spikes(x: np.ndarray) -> np.ndarray:
+    """Between the centres of 2250 cells, of 2^60 and 2^100 in different places; about 1 elsewhere."""
+    y = 2250 * x[0]
+    between, low, high = y % 1 < 0.4, np.abs(y - 700) < 20, np.abs(y - 1900) < 20
+    return np.where(between & high, 2.0**100, np.where(between & low, 2.0**60, 1 + x[0]))
+
+
+def history(room: int, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, np.ndarray]:
+    """Estimates of the spikes with their errors, batch by batch; units grow beyond 2^room."""
+    monkeypatch.setattr("voroquad.integrals.pilot.ROOM", room)
+    seen: list[vq.Progress] = []
+    vq.quad(lambda x: np.stack([spikes(x), x[0], 2.0**-40 * spikes(1 - x)]), 0, 1, n_points=9000, n_estimates=2, rng=1,
+            callback=seen.append)  # fmt: skip
+    known = [p for p in seen if p.integral is not None]
+    return np.stack([p.integral for p in known]), np.stack([p.standard_error for p in known])
+
+
+@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
+def test_growing_units_change_no_digit(monkeypatch):
+    """Errors are the same but for the rounding of logarithms of their squares."""
+    values, errors = history(1000, monkeypatch)
+    assert len(values) > 3
+    for room in (0, 32):
+        others, their_errors = history(room, monkeypatch)
+        np.testing.assert_array_equal(others, values)
+        np.testing.assert_allclose(their_errors, errors, rtol=1e-12)
+
+
+def mostly_zero(x: np.ndarray) -> np.ndarray:
+    """Of three parts of the samples two are 0."""
+    return np.where(x[0] < 0.2, rough(x) - (np.pi * 700 * x[0]) % 1, 0)
+
+
+@pytest.mark.parametrize("func", [spikes, mostly_zero])
+@pytest.mark.parametrize("power", [-1000, -560, 900])
+@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
+def test_no_scale_changes_a_digit_where_units_grow(power, func):
+    one, other = (vq.quad(lambda x, p=p: np.ldexp(func(x), p), 0, 1, n_points=9000, rng=1) for p in (0, power))
+    assert one.standard_error > 0.001 * one.integral
+    assert other.integral == math.ldexp(one.integral, power)
+    assert other.standard_error == math.ldexp(one.standard_error, power)
+
+
+def test_a_rule_in_other_units_is_the_same():
+    rule = RULES[1](50, 2, keys_of(1, 1))
+    for field in range(2):
+        rule.grid(field)[:] = rough((np.arange(50) + 0.5)[None] / 50)
+    rule.plan(400, 1000, 1)
+    values = rough(rule.draw(0, 1))
+    rule.add(np.stack([values, values]), 1)
+    rule.rescale(1, -9)
+    for name in ("integral", "midpoints", "size", "absolute", "largest", "deviations"):
+        before, after = getattr(rule, name)
+        np.testing.assert_array_equal(after, np.ldexp(before, -9), err_msg=name)
+        assert np.any(before)
+    for name in ("square", "value_square"):
+        before, after = getattr(rule, name)
+        assert after == math.ldexp(before, -18) > 0
+    for (before, after), power in zip(rule.differences(), (-18, -36), strict=True):
+        np.testing.assert_array_equal(after, np.ldexp(before, power))
+    (*place, square, residual, value), after = rule.worst(0), rule.worst(1)
+    assert after == (*place, math.ldexp(square, -18), math.ldexp(residual, -9), math.ldexp(value, -9))
+    np.testing.assert_array_equal(rule.grid(1), np.ldexp(rule.grid(0), -9))
+
+
+def test_an_error_that_is_not_finite_is_no_success(monkeypatch):
+    monkeypatch.setattr("voroquad.integrals.pilot.variance", lambda s, _: (np.full(len(s), np.nan), np.full(len(s), 3)))
+    with pytest.warns(vq.IntegrationWarning, match="standard error is not finite"):
+        r = vq.quad(lambda x: x[0], 0, 1, n_points=9000, rng=1)
+    assert r.integral == pytest.approx(0.5)
+    assert [w.kind for w in r.warnings] == ["no-finite-error"]
+    assert not r.success
+
+
 def test_infinite_limits():
     r = vq.quad(lambda x: np.exp(-np.square(x).sum(axis=0)), [-np.inf, 0], [np.inf, np.inf], n_points=20_000,
                 method="pilot", rng=1)  # fmt: skip

@@ -64,6 +64,13 @@ def test_what_is_not_finite_has_no_variance():
     assert np.isnan(variance(squares, fourths)[0])
 
 
+@pytest.mark.parametrize("fourth", [0.0, np.inf])
+def test_fourth_powers_out_of_range_drop_no_sum(fourth):
+    squares, fourths = of_power(0.0, 3)
+    assert variance(squares, np.full_like(fourths, fourth))[0] == pytest.approx(1)
+    assert variance(*of_power(0.0, 3, count=1))[0] == pytest.approx(1)
+
+
 def test_levels_add_up():
     one, other = of_power(0.0, 3, count=10), of_power(0.0, 1, count=30)
     together, freedom = variance(one[0] + other[0], one[1] + other[1])

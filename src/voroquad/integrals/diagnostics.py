@@ -26,6 +26,7 @@ TEXTS = {
         "uncertain; use more points or split the box there"
     ),
     "no-error": "a single set of points has no standard error; take n_points of at least 8",
+    "no-finite-error": "the standard error is not finite, though the integral is known; try func in other units",
     "give-atol": "the integral is 0 within its error, so rtol alone cannot be met; give atol as well",
     "vague-denominator": (
         "the denominator of a ratio is 0 within a few of its errors, so the error of the ratio is not reliable; "
@@ -46,9 +47,9 @@ class IntegrationWarning(UserWarning):
     Attributes
     ----------
     kind : str
-        ``"not-finite"``, ``"zero"``, ``"few-samples"``, ``"one-stratum"``, ``"no-error"``, ``"tolerance"``,
-        ``"rounding"``, ``"stopped"`` or, of a ratio, ``"vague-denominator"``. Advice, which leaves the result reliable,
-        is ``"point-by-point"`` and ``"give-atol"``.
+        ``"not-finite"``, ``"zero"``, ``"few-samples"``, ``"one-stratum"``, ``"no-error"``, ``"no-finite-error"``,
+        ``"tolerance"``, ``"rounding"``, ``"stopped"`` or, of a ratio, ``"vague-denominator"``. Advice, which leaves the
+        result reliable, is ``"point-by-point"`` and ``"give-atol"``.
     details : dict
         The numbers behind it, such as the first point ``"x"`` where func is not finite.
     """

@@ -39,6 +39,9 @@ POINTS_AT_ONCE = 1 << 17
 #: Parts that the samples come in, in random order, as long as each has about so many samples.
 PARTS, FEWEST_OF_A_PART = 32, 1 << 11
 
+#: Powers of two that values may exceed the unit by: fourth powers of 2^32 are far from overflow.
+ROOM = 32
+
 RULES: dict[int, type[_core.PilotRule]] = {1: _core.PilotRule1, 2: _core.PilotRule2, 3: _core.PilotRule3}
 
 
@@ -74,7 +77,10 @@ class PilotEstimator:
 
 
 class PilotRun:
-    """The rule on a grid of k^d cells; values are in units of 2^power, so that no square over- or underflows."""
+    """The rule on a grid of k^d cells; values are in units of 2^power, so that no power of them over- or underflows.
+
+    The units are those of the grid, and grow where samples are far larger.
+    """
 
     def __init__(self, integrand: Integrand, k: int, rng: np.random.Generator, threads: int):
         self.integrand, self.k, self.rng, self.threads = integrand, k, rng, threads
@@ -139,14 +145,22 @@ class PilotRun:
         for part in self.rng.permutation(self.parts) if self.parts > 1 else range(1):
             points = rule.draw(part, self.threads)
             values = self.integrand(points.T)
-            unknown = self.grid_is_zero & (rule.largest == 0)
-            if unknown.any():  # no value but 0 so far: any unit will do for those
-                _, power = np.frexp([_largest(v) for v in values])
-                self.power = np.where(unknown, power, self.power).astype(np.intc)
+            self._adjust_units(values)
             rule.add(np.ldexp(values, -self.power[:, None]), self.threads)
             self.steps.append(rule.integral - rule.midpoints)
             self.samples += points.shape[1]
         return self._estimate()
+
+    def _adjust_units(self, values: Array) -> None:
+        """New units for components with values (fields, n) far above theirs, or with no value but 0 before."""
+        size, power = np.frexp([_largest(v) for v in values])
+        unknown = self.grid_is_zero & (self.rule.largest == 0)
+        other = (size > 0) & (unknown | (power > self.power + ROOM))
+        shift = np.where(other, self.power - power, 0).astype(np.intc)
+        for field in np.flatnonzero(shift):
+            self.rule.rescale(int(field), int(shift[field]))
+        self.midpoints, self.steps = np.ldexp(self.midpoints, shift), [np.ldexp(x, shift) for x in self.steps]
+        self.power = self.power - shift
 
     def known(self) -> Estimate | None:
         """What two parts or more tell of all: they are drawn from them without replacement.

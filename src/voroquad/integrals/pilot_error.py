@@ -47,7 +47,9 @@ def variance(squares: Array, fourths: Array) -> tuple[Array, Array]:
 
 def _extrapolated(squares: Array, fourths: Array, scales: Indices, level: int) -> tuple[Array, Array]:
     """V at the scale `level` (fields,), and its degrees of freedom, from sums (fields, scales)."""
-    count = np.divide(np.square(squares), fourths, out=np.zeros_like(squares), where=fourths > 0)
+    # Where the fourth powers under- or overflow, a sum counts as one difference.
+    usual = (fourths > 0) & np.isfinite(fourths)
+    count = np.divide(np.square(squares), fourths, out=np.where(squares > 0, 1.0, 0.0), where=usual)
     least = np.minimum(FEWEST_DIFFERENCES, count.max(axis=1, keepdims=True))
     weights = np.where((count >= least) & (count > 0), np.minimum(count, MOST_DIFFERENCES), 0.0)
     known = weights.any(axis=1)

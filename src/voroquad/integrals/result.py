@@ -105,6 +105,9 @@ class QuadResult:
             plain = [function.library.number(leaf) for leaf in function.form.leaves(estimate.mean)]
             integral = function.form.build(sums(estimate.terms, function.tape, function.form, plain))
         components = Components.of(estimate, function.form)
+        without_error = ~np.isnan(estimate.mean) & ~np.isfinite(estimate.error)
+        if without_error.any() and _reliable(function.diagnoses.all()):
+            function.diagnoses.add(diagnosis("no-finite-error"))
         warnings = function.diagnoses.all()
         rule = function.form.texts(estimate.rules) if estimate.rules else ""
         freedom = estimate.degrees_of_freedom
@@ -215,7 +218,7 @@ class QuadResult:
     @property
     def success(self) -> bool:
         """Whether value and error appear reliable and the tolerance, if any, is met."""
-        return all(warning.kind in ADVICE for warning in self.warnings)
+        return _reliable(self.warnings)
 
     def confidence_interval(self, level: float = 0.95) -> ConfidenceInterval:
         """The interval that contains the integral in a fraction `level` of repetitions.
@@ -295,6 +298,10 @@ class QuadResult:
 
     def __str__(self) -> str:
         return str(mapped(_Text.of, self.integral, self.standard_error))
+
+
+def _reliable(warnings: tuple[IntegrationWarning, ...]) -> bool:
+    return all(warning.kind in ADVICE for warning in warnings)
 
 
 def _texts(rule: Any) -> list[str]:

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <cmath>
 #include <cstddef>
 
 #include <voroquad/detail/instruction_set.hpp>
@@ -29,6 +30,12 @@ public:
             square_[i] += other.square_[i];
             fourth_[i] += other.fourth_[i];
         }
+    }
+
+    // As if every difference had been multiplied by 2^power
+    void rescale(int power) {
+        for (double &x : square_) x = std::ldexp(x, 2 * power);
+        for (double &x : fourth_) x = std::ldexp(x, 4 * power);
     }
 
 private:

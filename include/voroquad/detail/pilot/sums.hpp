@@ -24,6 +24,10 @@ public:
         add(other.high_);
         low_ += other.low_;
     }
+    void rescale(int power) {
+        high_ = std::ldexp(high_, power);
+        low_ = std::ldexp(low_, power);
+    }
     double value() const { return high_ + low_; }
 
 private:
@@ -51,6 +55,9 @@ struct SignedSums {
     void add(const SignedSums &other) {
         for (std::size_t i = 0; i < part.size(); ++i) part[i] += other.part[i];
     }
+    void rescale(int power) {
+        for (double &x : part) x = std::ldexp(x, power);
+    }
 };
 
 // Sums over cells, in each over its m samples y with predictions P and residuals r = y − P
@@ -77,6 +84,15 @@ struct PilotSums {
         if (other.worst.square > worst.square) worst = other.worst;
         differences.add(other.differences);
         signed_means.add(other.signed_means);
+    }
+    // As if all values and predictions had been multiplied by 2^power
+    void rescale(int power) {
+        for (ExactSum *sum : {&integral, &midpoints}) sum->rescale(power);
+        for (double *x : {&size, &absolute, &largest, &worst.residual, &worst.value})
+            *x = std::ldexp(*x, power);
+        for (double *x : {&square, &value_square, &worst.square}) *x = std::ldexp(*x, 2 * power);
+        differences.rescale(power);
+        signed_means.rescale(power);
     }
 };
 
