@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import random
 import signal
 import subprocess
@@ -115,7 +116,7 @@ def test_infinite_parts_come_back(tmp_path):
     [
         ({"rng": 2}, r"keeps units of another run \(rng is '.*', was '.*'\)"),
         ({"n_points": 65}, r"\(n_points is '65', was '64'\)"),
-        ({"b": 2}, r"\(b is '2', was '1'\)"),
+        ({"b": 2}, r"\(b is '2.0', was '1.0'\)"),
         ({"batch": 9}, r"\(batch is '9', was '8'\)"),
         ({"method": "plain"}, r"\(method is \"'plain'\", was \"'auto'\"\)"),
         ({"sampler": "sobol"}, "sampler is"),
@@ -135,6 +136,65 @@ def test_another_call_is_refused_in_one_line(tmp_path, changed, message):
 
 def sine(x: np.ndarray, k: float = 1) -> np.ndarray:
     return np.sin(k * x[0])
+
+
+@pytest.mark.parametrize("bound", [{"k": 3}, {"k": np.arange(20)}])
+def test_partials_with_other_parameters_are_other_functions(tmp_path, bound):
+    call = {"a": 0, "b": 1, "n_points": 64, "rng": 1, "store": tmp_path}
+    vq.quad(functools.partial(sine, k=2), **call)
+    with pytest.raises(ValueError, match=r"func is 'sine\(k=.*\)', was 'sine\(k=2\)'"):
+        vq.quad(functools.partial(sine, **bound), **call)
+    vq.quad(functools.partial(sine, k=2), **call)
+
+
+def test_limits_are_known_by_their_values(tmp_path):
+    func = Counting(sine)
+    limits = [(0, 1), (0.0, np.float64(1)), (np.int64(0), np.float64(1.0))]
+    for a, b in limits:
+        vq.quad(func, a, b, n_points=64, rng=1, scale=b, store=tmp_path / "one")
+    assert func.points == 64
+    for zero in ([0] * 20, np.zeros(20), [0.0] * 20):
+        vq.quad(func, zero, np.ones(20), n_points=64, rng=1, store=tmp_path / "many")
+    assert func.points == 128
+    with pytest.raises(ValueError, match="keeps units of another run"):
+        vq.quad(func, zero, np.full(20, 2), n_points=64, rng=1, store=tmp_path / "many")
+
+
+RESUMED = """
+import sys
+import scipy.stats, voroquad as vq
+
+def cube(x):
+    raise RuntimeError("called")
+
+m = vq.ProductMeasure(scipy.stats.Normal(mu=1.0, sigma=2.0), scipy.stats.norm(1, 2))
+print(vq.quad(cube, measure=m, n_points=64, rng=1, store=sys.argv[1]).integral.hex())
+"""
+
+
+def cube(x: np.ndarray) -> np.ndarray:
+    return x[0] ** 3
+
+
+def test_another_process_knows_a_measure(tmp_path):
+    """Also when the distributions were used before, and keep what they computed; others are refused."""
+    m = vq.ProductMeasure(scipy.stats.Normal(mu=1.0, sigma=2.0), scipy.stats.norm(1, 2))
+    how = {"n_points": 64, "rng": 1, "store": tmp_path}
+    first = vq.quad(cube, measure=m, **how).integral
+    assert vq.quad(cube, measure=m, **how).integral == first
+    again = subprocess.run([sys.executable, "-c", RESUMED, str(tmp_path)], capture_output=True, text=True, check=True)
+    assert again.stdout.strip() == first.hex()
+    other = vq.ProductMeasure(scipy.stats.Normal(mu=1.0, sigma=2.0), scipy.stats.norm(1, 2.5))
+    with pytest.raises(ValueError, match="measure is"):
+        vq.quad(cube, measure=other, **how)
+
+
+def test_values_of_a_wrong_shape_are_not_kept(tmp_path):
+    how = {"a": [0, 0], "b": [1, 1], "n_points": 64, "rng": 1, "store": tmp_path}
+    with pytest.raises(ValueError, match=r"func must return shape \(1,\) or .*, got \(\)"):
+        vq.quad(lambda x: x.sum(), **how)
+    assert Store(str(tmp_path)).get("batch-000000") is None
+    vq.quad(lambda x: x.sum(axis=0), **how)
 
 
 def test_other_points_are_refused(tmp_path):

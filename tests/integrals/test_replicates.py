@@ -7,6 +7,7 @@ import warnings
 
 import numpy as np
 import pytest
+import scipy.stats
 
 import voroquad as vq
 from voroquad.integrals import replicates
@@ -30,6 +31,19 @@ def test_polynomials_are_exact(d, n):
     np.testing.assert_allclose(r.integral, [d / 12 + d * d / 4, 1 / (p + 1), 1], rtol=1e-9)
     assert r.n_evaluations == n
     assert r.degrees_of_freedom == 7
+
+
+@pytest.mark.parametrize("n", [64, 128, 255])
+def test_nets_may_be_smaller_than_the_parts_that_judge(n):
+    r = integrate(lambda x: x.sum(axis=0), 6, n)
+    assert r.n_evaluations == 1 << (n.bit_length() - 1)
+    assert abs(r.integral - 3) < 6 * r.standard_error < 0.6
+
+
+def test_few_points_of_normal_coordinates_take_polynomials():
+    m = vq.ProductMeasure(*[scipy.stats.norm(1, 2)] * 5)
+    r = vq.quad(lambda x: x.sum(axis=0), measure=m, n_points=512, method="polynomials", rng=1)
+    assert abs(r.integral - 5) < 6 * r.standard_error
 
 
 def test_smooth_integrands_gain():

@@ -15,7 +15,7 @@ from .diagnostics import Diagnoses, diagnosis
 from .gradients import Tape, has_gradient, joined_points
 from .kept import KeptEvaluations
 from .library import Library, to_numpy
-from .structures import Answer, Branch, Form, names_of, take_apart
+from .structures import Answer, Branch, Form, check_shapes, take_apart
 
 Map = Callable[..., Any]
 
@@ -96,7 +96,7 @@ class Function:
         """An answer for points of this shape as real numbers (fields, n)."""
         branch, leaves, epsilon = answer
         self.epsilon = max(self.epsilon, epsilon)
-        _check_shapes(branch, leaves, shape)
+        check_shapes(branch, leaves, shape)
         form = Form.of(branch, leaves)
         self.form = form if self.form is None else _common(self.form, form)
         return self.form.rows(leaves)
@@ -233,23 +233,6 @@ def _joined(answers: list[Answer]) -> Answer:
     branch = _one_structure(answers)
     leaves = [np.concatenate(parts, axis=-1) for parts in zip(*(a[1] for a in answers), strict=True)]
     return branch, leaves, max(epsilon for _, _, epsilon in answers)
-
-
-def _check_shapes(branch: Branch | None, leaves: list[NDArray[Any]], shape: tuple[int, ...]) -> None:
-    """Raise ValueError unless each array is (..., n) for points of this shape (d, n)."""
-    n = shape[-1]
-    for name, values in zip(names_of(branch), leaves, strict=True):
-        within = f" in {name}" if name else ""
-        if values.ndim == 0 or values.shape[-1] != n:
-            last = "; put the points last, as values.T does" if values.ndim and values.shape[0] == n else ""
-            raise ValueError(
-                f"func must return shape ({n},) or (..., {n}) for points of shape {shape}, got {values.shape}"
-                f"{within}{last}"
-            )
-        if values.size == 0:
-            raise ValueError(f"func must return one component or more, got shape {values.shape}{within}")
-    if not leaves:
-        raise ValueError("func must return one component or more, got an empty dict or tuple")
 
 
 def _common(known: Form, new: Form) -> Form:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import json
 import os
@@ -11,13 +12,16 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from .structures import Answer, Branch, Form
+from .structures import Answer, Branch, Form, check_shapes
 
 if TYPE_CHECKING:
     from ..cluster.store import Store
 
 #: To be increased when the same call has other points or batches.
 FORMAT = 1
+
+#: Settings whose numbers count by their values: whole numbers and an array are as good.
+NUMBERS = ("a", "b", "loc", "scale")
 
 #: Numbers of an array that a key holds as they are; more are told by their hash.
 MOST_NUMBERS = 16
@@ -45,7 +49,7 @@ class KeptEvaluations:
         from ..cluster.store import Store
 
         store = Store(os.fspath(url))
-        key = {name: _told(value) for name, value in settings.items()}
+        key = {name: _told(_as_float(value) if name in NUMBERS else value) for name, value in settings.items()}
         store.begin(key | {"func": _name_of(settings["func"]), "evaluations": FORMAT})
         return cls(store)
 
@@ -79,13 +83,17 @@ class KeptEvaluations:
 
     def _write(self, k: int, x: NDArray[Any], answer: Answer) -> None:
         branch, leaves, epsilon = answer
+        check_shapes(branch, leaves, x.shape)
         form = Form.of(branch, leaves)
         about = {"branch": _written(branch), "shapes": form.shapes, "is_complex": form.is_complex, "epsilon": epsilon}
         self.store.put(_name(k), np.concatenate([x, form.rows(leaves)], dtype=np.float64), about)
 
 
 def _name_of(func: Any) -> str:
-    """What is written in a program; that of an object is its class."""
+    """What is written in a program, with what a partial binds; that of an object is its class."""
+    if isinstance(func, functools.partial):
+        bound = [*map(_told, func.args), *(f"{name}={_told(value)}" for name, value in func.keywords.items())]
+        return f"{_name_of(func.func)}({', '.join(bound)})"
     return str(getattr(func, "__qualname__", type(func).__qualname__))
 
 
@@ -112,16 +120,29 @@ def _branch(written: Any) -> Branch | None:
     return Branch(_KINDS[written["kind"]], tuple(written["keys"]), tuple(map(_branch, written["children"])))
 
 
+def _as_float(value: Any) -> Any:
+    """Real numbers in double precision as a float or nested lists of floats; all else as it is."""
+    if not isinstance(value, int | float | list | tuple | np.ndarray | np.number):
+        return value
+    try:
+        numbers = np.asarray(value)
+    except ValueError:  # lists of different lengths
+        return value
+    is_double = numbers.dtype.kind in "iu" or numbers.dtype == np.float64
+    return numbers.astype(np.float64).tolist() if is_double else value
+
+
 def _told(value: Any) -> str:
     """What a setting is: numbers and texts as they are, a function by its name, all else by its hash."""
     from dask.base import tokenize
 
+    value = value.item() if isinstance(value, np.generic) else value
     if value is None or isinstance(value, bool | int | float | str):
         return repr(value)
     if isinstance(value, np.random.Generator):
         state = json.dumps(value.bit_generator.state, default=lambda array: array.tolist())
         return hashlib.sha256(state.encode()).hexdigest()[:16]
-    if isinstance(value, list | tuple | np.ndarray | np.number):
+    if isinstance(value, list | tuple | np.ndarray):
         try:
             numbers = np.asarray(value)
         except ValueError:

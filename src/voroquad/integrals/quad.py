@@ -189,7 +189,8 @@ def quad(
     store : str or path, optional
         Folder, as any path of fsspec, where the evaluations of an expensive func are kept batch by batch. The same call
         after a kill finds them there and computes the rest. It needs a seed (`rng`) and the extra ``cluster``. A store
-        that belongs to another call is refused; func is identified only by its name.
+        that belongs to another call is refused. A function is identified only by its name, a `functools.partial` also
+        by what it binds, and an object only by its class; pass its parameters as `args`.
     workers : int or callable
         Number of processes that evaluate func (-1: one per processor), or a map-like callable such as
         ``multiprocessing.Pool(4).map``. The result does not depend on it. Each call starts its own processes, which

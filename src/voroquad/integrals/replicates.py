@@ -35,8 +35,8 @@ MOST_PER_TERM, FEWEST_PER_TERM = 20, 10
 #: polynomials that are fitted to the others. benchmarks/calibrate_replicates.py measures the least that suffices.
 ERROR_SCALE = 1.3
 
-#: Number of parts of a net by which a candidate is judged; and the part of the plain mean's squared error that it may
-#: leave to be chosen.
+#: Number of parts of a net by which a candidate is judged, of a smaller net its points; and the part of the plain
+#: mean's squared error that it may leave to be chosen.
 PARTS, WORTH = 32, 0.1
 
 #: Points of a call of the integrand.
@@ -152,7 +152,7 @@ def _best(residuals: Array) -> Indices:
     net. There the plain mean, the first candidate, is hard to beat, and another candidate is chosen only if its squared
     error is a tenth of that or less.
     """
-    parts = residuals.reshape(*residuals.shape[:-1], PARTS, -1).mean(axis=-1)
+    parts = residuals.reshape(*residuals.shape[:-1], min(PARTS, residuals.shape[-1]), -1).mean(axis=-1)
     scores = parts.var(axis=-1)
     best = np.argmin(scores, axis=0)
     least = np.take_along_axis(scores, best[None], axis=0)[0]

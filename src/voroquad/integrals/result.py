@@ -152,8 +152,7 @@ class QuadResult:
         -----
         The error is that of the delta method: for q = a/b it is the error of the combination (a − q b)/b, in which
         common errors cancel. The bias of a ratio is about q (Var b / b² − Cov(a, b) / (a b)), of the order of the
-        squared
-        error.
+        squared error.
 
         Examples
         --------

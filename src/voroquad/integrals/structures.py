@@ -77,6 +77,23 @@ def names_of(branch: Branch | None) -> list[str]:
     ]  # fmt: skip
 
 
+def check_shapes(branch: Branch | None, leaves: list[Numbers], shape: tuple[int, ...]) -> None:
+    """Raise ValueError unless each array is (..., n) for points of this shape (d, n)."""
+    n = shape[-1]
+    for name, values in zip(names_of(branch), leaves, strict=True):
+        within = f" in {name}" if name else ""
+        if values.ndim == 0 or values.shape[-1] != n:
+            last = "; put the points last, as values.T does" if values.ndim and values.shape[0] == n else ""
+            raise ValueError(
+                f"func must return shape ({n},) or (..., {n}) for points of shape {shape}, got {values.shape}"
+                f"{within}{last}"
+            )
+        if values.size == 0:
+            raise ValueError(f"func must return one component or more, got shape {values.shape}{within}")
+    if not leaves:
+        raise ValueError("func must return one component or more, got an empty dict or tuple")
+
+
 def mapped(function: Callable[..., Any], first: Any, *others: Any) -> Any:
     """The structure `first` with function(leaf, ...) in the place of each leaf; the others are structured alike."""
     if isinstance(first, dict):
