@@ -142,11 +142,40 @@ def test_unbiased_and_the_mean_of_all_rounds_is_not(d, n, sigma, monkeypatch):
     ("options", "message"),
     [
         ({"adapt": "yes"}, "unknown adapt 'yes'; choose one of auto"),
-        ({"adapt": True, "n_points": 100}, "n_points must be at least 401 to adapt, got 100"),
-        ({"adapt": True, "n_points": 100, "order": 1}, "n_points must be at least 401 to adapt, got 100"),
+        ({"adapt": True, "n_points": 399}, "n_points must be at least 400 to adapt, got 399"),
+        ({"adapt": True, "n_points": 399, "order": 1}, "n_points must be at least 400 to adapt, got 399"),
+        ({"adapt": True, "n_points": 133, "n_estimates": 3, "order": 1}, "n_points must be at least 134 to adapt"),
         ({"adapt": True, "rtol": 1e-3}, "adapt and a tolerance do not go together"),
     ],
 )
 def test_what_adapt_takes(options, message):
     with pytest.raises(ValueError, match=message):
         vq.quad(peak(1), 0, 1, **options)
+
+
+@pytest.mark.parametrize(("d", "options"), [(2, {}), (4, {"n_estimates": 2}), (1, {"order": 1})])
+def test_too_few_points_for_a_pilot_do_without(d, options):
+    few = 399 // options.get("n_estimates", 1)
+    one, other = (
+        vq.quad(peak(d, 0.3), [0] * d, [1] * d, n_points=few, adapt=adapt, rng=1, **options)
+        for adapt in ("auto", False)
+    )
+    assert (one.integral, one.standard_error) == (other.integral, other.standard_error)
+    assert one.adaptation is None
+    just = vq.quad(peak(d, 0.3), [0] * d, [1] * d, n_points=400, adapt="auto", rng=1, **options)
+    assert just.adaptation is not None
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"order": 77}, "order must be .*, got 77"),
+        ({"method": "foo"}, "unknown method 'foo'"),
+        ({"method": "pilot"}, "method='pilot' integrates in d = 1 to 3 dimensions, got d = 4"),
+        ({"sampler": "nosuch"}, "unknown sampler 'nosuch'"),
+        ({"sampler": "zero-two"}, "zero-two"),
+    ],
+)
+def test_wrong_arguments_are_found_before_the_pilot(options, message):
+    with pytest.raises(ValueError, match=message):
+        vq.quad(lambda x: pytest.fail("called"), [0] * 4, [1] * 4, n_points=4200, adapt=True, **options)

@@ -304,7 +304,7 @@ def test_what_the_samples_do_not_show_is_said():
         ({"sampler": "sobol"}, "sampler='sobol'"),
         ({"order": 3}, "order=3"),
         ({"debias": "none"}, "debias='none'"),
-        ({"n_points": 3}, "n_points must be at least 4"),
+        ({"n_points": 15}, "n_points must be at least 16"),
     ],
 )
 def test_what_the_rule_does_not_take(arguments, message):

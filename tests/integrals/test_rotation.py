@@ -132,3 +132,9 @@ def test_quad_is_unbiased_in_turned_coordinates():
         vq.quad(two_fields, measure=measure, n_points=256, method="plain", rng=seed).integral for seed in range(1000)
     ]
     assert (abs(z_scores(found)) < 5).all()
+
+
+@pytest.mark.parametrize("options", [{"method": "foo"}, {"sampler": "nosuch"}, {"order": 77}])
+def test_wrong_arguments_are_found_before_the_pilot(options):
+    with pytest.raises(ValueError, match=r"unknown (method|sampler)|order must be"):
+        vq.quad(lambda x: pytest.fail("called"), measure=normals(5), n_points=1024, **options)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -23,6 +24,9 @@ from .units import scaled
 #: first one does. What is left is the final round's.
 MAP_ROUNDS, TREE_ROUNDS, ROUND_PART = 2, 2, 0.06
 
+#: Fewest evaluations of all sets: a sample of the first round for each interval of a map.
+FEWEST = math.ceil(INTERVALS / ROUND_PART)
+
 #: Fewest steps of the map after a round; after round t there are t, all on the samples so far.
 STEPS = 2
 
@@ -42,8 +46,9 @@ class Adaptation:
     adapted : bool
         Whether the estimate is behind a learned map.
     nodes : ndarray, (d, 25)
-        Along each axis of the unit box the ends of intervals that have equally many samples. Of a box with finite
-        limits x = a + (b − a) nodes.
+        Where the map takes 0, 1/24, …, 1 along each axis of the unit box. Without leaves the intervals between nodes
+        have equally many samples, of those with samples of their own not. Of a box with finite limits x = a + (b − a)
+        nodes.
     low, high : ndarray, (leaves, d)
         Corners of the boxes that have samples of their own, in the unit box behind the map.
     concentration : float
@@ -129,7 +134,7 @@ class Learner:
     region : Region
         What to integrate over.
     always : bool
-        Whether to adapt whatever the first round shows.
+        Whether to adapt whatever the first round shows. Else too few evaluations for a pilot are no error either.
     rng : numpy.random.Generator
         Of its samples.
     """
@@ -198,7 +203,10 @@ class AdaptiveEstimator:
 
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations for each set, those of the pilot included."""
-        region, size = self.pilot.region, round_size(n, self.sets)
+        region = self.pilot.region
+        if not self.pilot.always and n * self.sets < FEWEST:
+            return self.final(region, Partition.whole(region.d))(n)
+        size = round_size(n, self.sets)
         warp, partition = SeparableMap.identity(region.d), Partition.whole(region.d)
         pool = self.pilot.first(size)
         found_in = concentration(pool.values)
@@ -215,12 +223,9 @@ class AdaptiveEstimator:
 
 def round_size(n: int, sets: int) -> int:
     """Evaluations of a pilot round, for sets of n each."""
-    size = int(ROUND_PART * n * sets)
-    if size < INTERVALS:
-        raise ValueError(
-            f"n_points must be at least {int(INTERVALS / ROUND_PART) + 1} to adapt, got {n}; leave adapt out"
-        )
-    return size
+    if n * sets < FEWEST:
+        raise ValueError(f"n_points must be at least {math.ceil(FEWEST / sets)} to adapt, got {n}; leave adapt out")
+    return int(ROUND_PART * (n * sets))
 
 
 def _counted(groups: Sequence[LeafSets], leaves: int) -> Indices:

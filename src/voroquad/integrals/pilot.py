@@ -21,8 +21,8 @@ from .spread import across
 #: Highest dimension in which the rule exists.
 HIGHEST_DIMENSION = 3
 
-#: Fewest evaluations: a grid of one cell, and a sample in it.
-FEWEST = 4
+#: Fewest evaluations. Of fewer the residuals do not tell the error.
+FEWEST = 16
 
 #: Share of the evaluations that are the grid's.
 GRID_SHARE = 0.25

@@ -143,7 +143,8 @@ def quad(
         predicts a smaller error. Above, a pilot of 30 % of the evaluations learns a map of each axis and, if that
         gains, a tree of boxes that have samples of their own. If `method`, `order` or `sampler` is given, only the map
         is learned and that rule is used. "auto" adapts only if the effective number of the first samples is less than a
-        tenth of their number.
+        tenth of their number. The pilot needs 400 evaluations: with fewer, True is an error and "auto" does not
+        adapt.
     method : str
         "auto": the rule that `order`, `sampler` and `debias` name. If they name none, the method is "pilot" from 8192
         points on in d ≤ 2 and from 16384 in d = 3, and with fewer points a model that the values of func choose.
@@ -182,8 +183,8 @@ def quad(
     callback : callable, optional
         ``callback(p)`` gets a :class:`Progress` after each batch, with the evaluations so far and, once there is one,
         the estimate with its error. If it returns True or raises StopIteration, the integration ends with that estimate
-        and the warning ``"stopped"``. The estimate is unbiased if the decision depends on time or evaluations and not
-        on its value.
+        and the warning ``"stopped"``; where there is none yet, the result is NaN. The estimate is unbiased if the
+        decision depends on time or evaluations and not on its value.
     progress : bool
         Show a bar on standard error.
     store : str or path, optional
@@ -211,8 +212,8 @@ def quad(
     Raises
     ------
     ValueError
-        A limit is not a number; n_points < 1; there is no such rule; the points of the sampler are not uniform; values
-        have a wrong shape or are masked; func cannot be sent to other processes.
+        A limit is not a number; n_points < 1, or too few for `method` or adapt=True; there is no such rule; the points
+        of the sampler are not uniform; values have a wrong shape or are masked; func cannot be sent to other processes.
     IntegrationInterrupted
         Ctrl-C, as a KeyboardInterrupt whose ``result`` is the estimate so far, if there is one yet.
     RuntimeError
