@@ -174,6 +174,8 @@ def test_too_few_points_for_a_pilot_do_without(d, options):
         ({"method": "pilot"}, "method='pilot' integrates in d = 1 to 3 dimensions, got d = 4"),
         ({"sampler": "nosuch"}, "unknown sampler 'nosuch'"),
         ({"sampler": "zero-two"}, "zero-two"),
+        ({"sampler": "regular"}, "those of 'regular' are not"),
+        ({"sampler": "sobol", "debias": "exchange"}, "no rule for .*debias='exchange', design 'sobol'"),
     ],
 )
 def test_wrong_arguments_are_found_before_the_pilot(options, message):

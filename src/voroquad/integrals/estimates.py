@@ -139,6 +139,11 @@ class Estimator:
             return surprising_stratum(self.integrand, drawn.points[0], values.scaled[0], fit.residuals[0])
         return diagnosis("no-error", points=values.n)
 
+    def check(self, n: int) -> None:
+        """Raise ValueError where an estimate would, for the sampler or the rule; nothing is evaluated."""
+        drawn = replace(self, rng=np.random.default_rng(0))._draw(n)
+        integration_rule(drawn.kind, self.methods, self.debias)
+
     def _draw(self, n: int) -> SampleSet:
         """Sets of at most n points; four replicates of a quarter of them if a single set gives no error."""
         sets, d = self.sets, self.integrand.d

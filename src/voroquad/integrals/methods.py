@@ -7,7 +7,6 @@ from collections.abc import Callable
 import numpy as np
 
 from .._support.checks import one_of
-from ..designs.design import DESIGNS
 from ..designs.engines import EngineFactory
 from ..rules.method import HIGHEST_DIMENSION, KRIGING, ORDER_ZERO, Method, highest_order, local, read_order
 from . import pilot, replicates
@@ -64,8 +63,6 @@ def estimator(
     nothing_asked = method == order == debias == "auto" and isinstance(sampler, str) and sampler == "auto"
     if sampler == "auto":
         sampler = "multi-jittered" if integrand.d <= 4 else "sobol"
-    if isinstance(sampler, str):
-        DESIGNS[one_of("sampler", sampler, DESIGNS)].check_dimension(integrand.d)
     few = Estimator(integrand, sampler, _methods(method, order, integrand.d), debias, sets, rng, threads)
     if not nothing_asked or integrand.d not in MANY_POINTS:
         return few
@@ -84,14 +81,11 @@ def adaptive(
     """What adapts to the integrand and makes estimates from at most so many evaluations for each set.
 
     `plain` makes estimates of a region without adaptation. Behind a map it does so only where a rule was asked for;
-    there the defaults are others. Raises ValueError, before any evaluation, where `plain` does for the region as it is.
+    there the defaults are others.
     """
-    as_it_is = plain(learner.region)
 
     def final(region: Region, partition: Partition) -> Callable[[int], Estimate]:
-        if region is learner.region:
-            return as_it_is
-        if not by_default:
+        if not by_default or region is learner.region:
             return plain(region)
         integrand = learner.integrand(region)
         if len(partition) == 1:

@@ -15,7 +15,7 @@ from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, as_generator
 from ..rules.registry import DEBIAS
 from .adaptation import Adaptation, Learner, single
-from .estimates import Estimate
+from .estimates import Estimate, Estimator
 from .evaluation import Function
 from .integrand import Integrand
 from .kept import KeptEvaluations
@@ -341,6 +341,8 @@ class _Rule:
     def on(self, places: list[Part], sets: int) -> Callable[[int], Estimate]:
         """What estimates the integral over all pieces; normal coordinates of many dimensions are turned."""
         turned = rotating(places, self.integrand, self._turned, sets, self.rng)
+        if turned:
+            self._check(self._turned(turned.gaussian, sets))
         return turned or Sum(places, functools.partial(self._over, sets=sets))
 
     def adapted(
@@ -348,9 +350,18 @@ class _Rule:
     ) -> Callable[[int], Estimate]:
         """What estimates the integral with what a pilot shows."""
         over = functools.partial(self._over, sets=sets)
+        self._check(over(region))
         pilot = Learner(self.integrand, region, always, self.rng)
-        by_default = (self.method, self.sampler, self.order, self.debias) == ("auto",) * 4
-        return adaptive(pilot, over, by_default, sets, self.threads, report)
+        return adaptive(pilot, over, self._by_default, sets, self.threads, report)
+
+    @property
+    def _by_default(self) -> bool:
+        return (self.method, self.sampler, self.order, self.debias) == ("auto",) * 4
+
+    def _check(self, rule: Callable[[int], Estimate]) -> None:
+        """Raise ValueError, before a pilot calls func, where what was named for the rule does not go together."""
+        if isinstance(rule, Estimator) and not self._by_default:
+            rule.check(self.n_points)
 
     def integrand(self, region: Region) -> Integrand:
         """The function on a region."""

@@ -93,9 +93,8 @@ class RotatingEstimator:
         d = self.gaussian.d
         size = 1 << max(0, (n // PARTS).bit_length() - 1)
         pilot = size // 2
-        plain = self.estimator(self.gaussian, self.sets)  # which refuses wrong arguments before the pilot
         if pilot < FEWEST_PER_DIMENSION * d:
-            return plain(n)
+            return self.estimator(self.gaussian, self.sets)(n)
         sets, each = (self.sets, n) if self.sets > 1 else ((n - pilot) // size, size)
         u = sample("sobol", pilot, d, rng=self.rng).points
         values = self.integrand(self.gaussian)(u)
