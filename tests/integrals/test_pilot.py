@@ -32,7 +32,7 @@ def rough(x: np.ndarray) -> np.ndarray:
     return np.exp(-20 * np.square(x - 0.3).sum(axis=0)) + np.abs(s - 0.7) + 0.5 * (x[0] > 0.6)
 
 
-@pytest.mark.parametrize(("d", "n"), [(1, 4), (1, 64), (1, 150), (2, 60), (2, 700), (3, 120), (3, 1400)])
+@pytest.mark.parametrize(("d", "n"), [(1, 16), (1, 64), (1, 150), (2, 60), (2, 700), (3, 16), (3, 120), (3, 1400)])
 def test_every_number_is_that_of_the_definition(d, n):
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", vq.IntegrationWarning)
