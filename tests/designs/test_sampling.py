@@ -27,12 +27,12 @@ def test_points_fill_the_box_and_repeat_with_the_seed(design, d):
     assert len(np.unique(one.points, axis=0)) == 64
 
 
-@pytest.mark.parametrize("design", [name for name in DESIGNS if name != "regular"])
+@pytest.mark.parametrize("design", [name for name, known in DESIGNS.items() if known.randomised])
 def test_sets_are_different_and_each_point_is_uniform(design):
     sets = vq.sample(design, n=16, d=2, sets=2000, rng=3).points
     assert sets.shape == (2000, 16, 2)
     assert len(np.unique(sets[:, 0, 0])) == 2000
-    if design in ("stratified", "multi-jittered"):  # uniform in its own stratum only
+    if DESIGNS[design].stratified:  # uniform in its own stratum only
         sets = sets * 4 % 1
     for i in (0, 5):
         for axis in (0, 1):
@@ -40,11 +40,11 @@ def test_sets_are_different_and_each_point_is_uniform(design):
 
 
 @pytest.mark.statistical
-@pytest.mark.parametrize("design", [name for name in DESIGNS if name != "regular"])
+@pytest.mark.parametrize("design", [name for name, known in DESIGNS.items() if known.randomised])
 def test_the_coordinates_of_a_point_are_independent(design):
     """A point of the set is anywhere in the square, or in its stratum, with equal probability: 4 × 4 squares of it."""
     sets = vq.sample(design, n=16, d=2, sets=1000, rng=4).points
-    if design in ("stratified", "multi-jittered"):
+    if DESIGNS[design].stratified:
         sets = sets * 4 % 1
     for i in (0, 5, 15):
         of_square = np.ravel_multi_index(tuple((sets[:, i] * 4).astype(int).T), (4, 4))
@@ -74,7 +74,7 @@ def test_the_largest_grid_is_the_largest_there_is(d):
     assert largest_grid(2**d - 1, d) == (1,) + (2,) * (d - 1)
 
 
-@pytest.mark.parametrize("design", [name for name in DESIGNS if name != "regular"])
+@pytest.mark.parametrize("design", [name for name, known in DESIGNS.items() if known.randomised])
 @pytest.mark.parametrize("n", [9, 13, 250, 251, 1004])
 def test_the_largest_size_is_one_that_the_design_has(design, n):
     size = largest_size(design, n, 2)
