@@ -165,12 +165,14 @@ def test_integrate_in_batches_that_are_kept(voroquad, tmp_path):
 
 
 def test_ctrl_c_and_a_kill_leave_nothing(tmp_path):
+    heard = "import signal; signal.signal(signal.SIGHUP, signal.SIG_DFL)"  # also where the tests run under nohup
+    program = [sys.executable, "-c", f"{heard}; from voroquad.cli import main; main()"]
     runs = {}
     for sent in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP):
         folder = tmp_path / sent.name
         folder.mkdir()
         runs[sent] = subprocess.Popen(
-            [*PROGRAM, "study", "-o", "deep/out"], cwd=folder, stderr=subprocess.PIPE, text=True
+            [*program, "study", "-o", "deep/out"], cwd=folder, stderr=subprocess.PIPE, text=True
         )
     waiting = dict(runs)
     while waiting:
