@@ -159,9 +159,8 @@ def test_integrate_in_batches_that_are_kept(voroquad, tmp_path):
     two = ["--workers", "2"]
     alone, first, again = (voroquad("integrate", *formula, *options) for options in (how[:2], [*how, *two], how))
     assert json.loads(alone.stdout) == json.loads(first.stdout) == json.loads(again.stdout)
-    assert (
-        len(list((tmp_path / "kept").glob("batch-*"))) == 43
-    )  # the grid has 1024 points, the samples come in two parts
+    batches = list((tmp_path / "kept").glob("batch-*"))
+    assert len(batches) == 43  # the grid has 1024 points, the samples come in two parts
 
 
 def test_ctrl_c_and_a_kill_leave_nothing(tmp_path):
