@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import importlib.util
+
 import numpy as np
 import pytest
 from any_points import any_set
@@ -243,6 +245,43 @@ def test_bounds_end_the_box():
     np.testing.assert_allclose(radians, w, rtol=1e-12)
 
 
+@pytest.mark.parametrize(("units", "unit"), [("cycles/voxel", 1), ("radians/voxel", 2 * np.pi), ("cycles/fov", 8)])
+def test_a_grid_that_starts_at_the_end_is_periodic(units, unit):
+    grid = unit * np.stack(np.meshgrid(*[np.arange(-4, 4) / 8] * 2), axis=-1)
+    for periodic in (True, [True, True]):
+        w = vq.density_compensation(grid, (8, 8), periodic=periodic, units=units)
+        np.testing.assert_allclose(w, 1 / 64, rtol=1e-12)
+    one_axis = vq.density_compensation(grid, (8, 8), periodic=[True, False], units=units).reshape(8, 8)
+    np.testing.assert_allclose(one_axis[:, 3], np.array([0.5, 1, 1, 1, 1, 1, 1, 1.5]) / 64, rtol=1e-12)
+    part = unit * np.array([(-0.5, 0.5), (-0.5, 1.0)])
+    with pytest.raises(ValueError, match="unknown rim, with periodic=, 'ball'; choose one of auto, box"):
+        vq.density_compensation(grid, (8, 8), rim="ball", periodic=True, units=units)
+    whole = vq.density_compensation(grid, (8, 8), bounds=part, periodic=[True, False], units=units).sum()
+    assert whole == pytest.approx(1.5, rel=1e-12)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+@pytest.mark.parametrize(("units", "unit"), [("cycles/voxel", 1), ("radians/voxel", 2 * np.pi), ("cycles/fov", 8)])
+def test_domains_are_in_the_units_of_the_trajectory(units, unit, dtype):
+    angle = np.arange(6) * np.pi / 3
+    hexagon = 0.5 * np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    inside = np.random.default_rng(6).uniform(-0.25, 0.25, (40, 2))
+    positions = (unit * np.concatenate([inside, hexagon])).astype(dtype)
+    expected = vq.cells(np.concatenate([inside, hexagon]), domain=hexagon).measures
+    normals = np.stack([np.cos(angle + np.pi / 6), np.sin(angle + np.pi / 6)], axis=-1)
+    domains = [unit * hexagon, (normals, np.full(6, unit * 3**0.5 / 4))]
+    if importlib.util.find_spec("shapely"):
+        domains.append(vq.Polygon(unit * hexagon))
+    for domain in domains:
+        w = vq.density_compensation(positions, (8, 8), domain=domain, units=units)
+        np.testing.assert_allclose(w, expected, atol=1e-6 if dtype == np.float32 else 1e-12)
+        assert w.sum() == pytest.approx(3**1.5 / 8, rel=1e-12)
+    lattice = [(1.1, 0), (0.5, 0.9)]
+    w = vq.density_compensation(positions, (8, 8), cell=unit * np.array(lattice), units=units)
+    exact = vq.cells(np.concatenate([inside, hexagon]), cell=lattice).measures
+    np.testing.assert_allclose(w, exact, atol=1e-6 if dtype == np.float32 else 1e-12)
+
+
 @pytest.mark.parametrize("rim", ["box", "ball"])
 def test_units(rim):
     w = vq.density_compensation(radial(20, 16), rim=rim)
@@ -275,6 +314,12 @@ def test_bits_do_not_depend_on_threads():
         (np.zeros((4, 2)), {"rim": "cylinder"}, "d = 3"),
         (np.eye(3) * [0, 0, 0.5], {"rim": "cylinder", "bounds": (-0.5, 0.5)}, "leaves the axis"),
         (radial(4, 8), {"rim": "ball", "bounds": (-0.5, 0.5)}, "bounds= is for rim='box' and 'cylinder'"),
+        (radial(4, 8), {"domain": np.eye(3)[:, :2], "rim": "ball"}, "domain= says where cells end; leave out rim="),
+        (radial(4, 8), {"cell": np.eye(2), "bounds": (-0.5, 0.5)}, "cell= says where cells end; leave out bounds="),
+        (radial(4, 8), {"cell": np.eye(2), "periodic": True}, "cell= says where cells end; leave out periodic="),
+        (radial(4, 8), {"domain": "ball"}, "domain='ball': say rim='ball'"),
+        (radial(4, 8), {"cell": np.eye(2), "domain": np.eye(2)}, "leave out domain="),
+        (radial(4, 8), {"periodic": [True]}, "periodic must be True, False or one of them for each of d = 2 axes"),
         (radial(4, 8), {"bounds": (-0.4, 0.5)}, r"not inside \[-0.4, 0.5\] × .*|widen bounds="),
         (radial(4, 8), {"units": "cycles"}, "unknown units 'cycles'; choose one of cycles/voxel, radians/voxel"),
         (radial(4, 8), {"units": "cycles/fov"}, "needs the shape of the image"),

@@ -124,9 +124,15 @@ def test_refuses_what_pieces_have_not(what):
         getattr(vq.cells([[0.1, 0.1]], domain=BAY), what)()
 
 
-def test_needs_one_set():
-    with pytest.raises(ValueError, match="a polygon as domain needs one set"):
-        vq.cells(np.full((2, 1, 2), 0.1), domain=BAY)
+def test_of_batches_are_the_measures():
+    batch = points_in(np.random.default_rng(4), BAY, 30).reshape(3, 10, 2)
+    cells = vq.cells(batch, domain=BAY)
+    np.testing.assert_allclose(cells.measures, [vq.cells(points, domain=BAY).measures for points in batch], atol=1e-15)
+    batch[1, 2] = 0.5, 0.9
+    with pytest.raises(ValueError, match=r"points\[\(1, 2\)\] = \[0.5, 0.9\] is outside the polygon"):
+        vq.cells(batch, domain=BAY)
+    with pytest.raises(ValueError, match="geometries needs one set of points"):
+        cells.geometries()
 
 
 def test_says_what_is_missing():

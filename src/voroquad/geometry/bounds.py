@@ -78,10 +78,9 @@ class Bounds:
         The array itself where nothing has to change, else a new one, in float64. Points that lie outside by no more
         than the rounding of their own type are put on the face, or across the seam; others raise ValueError.
         """
-        given = points if hasattr(points, "dtype") else np.asarray(points)
         array = point_array(points, name=name)
-        self._refuse_outside(array, _type_of(given.dtype), name)
-        array = self._scaled(array)
+        self._refuse_outside(array, type_of(points), name)
+        array = self._scaled(self._drawn_in(array))
         low, high = self._core_sides.T
         below_high = np.where(self.periodic, np.nextafter(high, low), high)
         least, most = extent(array)
@@ -114,6 +113,10 @@ class Bounds:
         if self._offset.any():
             points = points - self._offset
         return np.ldexp(points, -self._exponent) if self._exponent else points
+
+    def _drawn_in(self, points: Array) -> Array:
+        """The same points; those that rounding has put outside a wall on that wall."""
+        return points
 
     def _refuse_outside(self, points: Array, dtype: np.dtype[Any], name: str) -> None:
         # A bounded axis ends at a number of the points' type; computing x mod period rounds as well
@@ -158,7 +161,8 @@ def _periodic(d: int, periodic: Periodic) -> NDArray[np.bool_]:
     return np.array(np.broadcast_to(axes, (d,)))
 
 
-def _type_of(dtype: Any) -> np.dtype[Any]:
+def type_of(points: Any) -> np.dtype[Any]:
     """The floating-point type that points came in: that of their rounding."""
+    dtype = points.dtype if hasattr(points, "dtype") else np.asarray(points).dtype
     floating = isinstance(dtype, np.dtype) and dtype.kind == "f" and dtype.itemsize < 8
     return dtype if floating else np.dtype(np.float64)

@@ -10,11 +10,13 @@ from scipy.optimize import linprog
 from scipy.spatial import ConvexHull, HalfspaceIntersection, QhullError
 
 from .._support.arrays import Array
-from .._support.checks import real_numbers
+from .._support.checks import real_numbers, refuse_outside
 from .bounds import Bounds
 
 #: How far a vertex may lie inside the hull of the others, relative to their extent, and still count as on its border
 FLAT = 1e-12
+#: How many roundings of the largest coordinate a point may lie outside
+ROUNDINGS = 16
 
 
 class ConvexDomain(Bounds):
@@ -49,9 +51,26 @@ class ConvexDomain(Bounds):
         """Distance (...,) of places (..., d) from the border, where that is less than from any corner."""
         return (self._walls[:, -1] - places @ self._walls[:, :-1].T).min(axis=-1)
 
+    def _drawn_in(self, points: Array) -> Array:
+        deepest = self.depth(points)
+        outside = deepest < 0
+        if not outside.any():
+            return points
+        points, moved = points.copy(), points[outside]
+        for _ in range(4 * self.d):  # each time out of the wall that is farthest behind
+            gaps = self._walls[:, -1] - moved @ self._walls[:, :-1].T
+            worst = gaps.argmin(axis=-1)
+            gap = np.minimum(np.take_along_axis(gaps, worst[:, None], axis=-1), 0)
+            if not gap.any():
+                break
+            moved = moved + gap * self._walls[worst, :-1]
+        points[outside] = np.clip(moved, *self.sides.T)
+        return points
+
     def _refuse_outside(self, points: Array, dtype: np.dtype[Any], name: str) -> None:
-        super()._refuse_outside(points, dtype, name)
-        slack = 16 * np.finfo(dtype).eps * np.abs(self.sides).max()
+        slack = ROUNDINGS * np.finfo(dtype).eps * np.abs(self.sides).max()
+        low, high = self.sides.T
+        refuse_outside(name, points, low, high, self._remedy(), slack=slack)
         outside = np.argwhere(self.depth(points) < -slack)
         if len(outside):
             first = tuple(outside[0].tolist())

@@ -2,15 +2,27 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from .. import _core
 from .._support.arrays import Array
-from .._support.checks import one_of, thread_count
-from .bounds import Bounds
+from .._support.checks import one_of, real_numbers, thread_count
+from .bounds import Bounds, Periodic, type_of
 from .cells import cells
-from .k_space import UNITS, cylinder_axis, radius_of, read_trajectory, refuse_uncovered, rim_of, spanned_axes
+from .k_space import (
+    UNITS,
+    Trajectory,
+    cylinder_axis,
+    radius_of,
+    read_trajectory,
+    refuse_uncovered,
+    rim_of,
+    spanned_axes,
+)
+from .regions import is_region, region_of
 
 
 def density_compensation(
@@ -19,6 +31,9 @@ def density_compensation(
     *,
     rim: str = "auto",
     bounds: ArrayLike | None = None,
+    periodic: Periodic = False,
+    domain: Any = None,
+    cell: ArrayLike | None = None,
     units: str = "cycles/voxel",
     threads: int | None = None,
 ) -> Array:
@@ -41,6 +56,11 @@ def density_compensation(
     bounds : array_like, (d, 2) or (2,), optional
         Ends of k-space on each axis, in the units of the trajectory, if less than the whole of [−½, ½] was measured.
         Cells end there. For ``"box"``, and for the axis of a ``"cylinder"``.
+    periodic : bool or sequence of bool, (d,)
+        Which axes of a box are periodic, by default none: grids with a line at −½ and none at ½.
+    domain, cell : optional
+        Another domain in place of `rim`, in the units of the trajectory: a convex polygon or polytope, a polygon with
+        holes, or the lattice vectors (d, d) by which k-space repeats, as in :func:`voroquad.cells`.
     units : {"cycles/voxel", "radians/voxel", "cycles/fov"}
         Unit of the positions: within [−½, ½], within [−π, π], or within [−N/2, N/2] for an image of N voxels along
         the axis, as in BART; ``"cycles/fov"`` (per field of view) needs `shape`.
@@ -59,7 +79,8 @@ def density_compensation(
     ValueError
         A position is not finite or outside k-space, d is not 2 or 3, `shape` does not have d axes; with
         ``rim="ball"`` or ``"cylinder"`` all positions are the origin or on the axis; with ``"cylinder"`` an axis that
-        is covered in part only, without `bounds`; with ``"auto"`` samples of a line or of a tilted plane in space.
+        is covered in part only, without `bounds`; with ``"auto"`` samples of a line or of a tilted plane in space;
+        two arguments say where cells end.
 
     Notes
     -----
@@ -85,9 +106,20 @@ def density_compensation(
     >>> w = vq.density_compensation(spokes, (128, 128))
     >>> bool(abs(w.sum() - np.pi / 4) < 1e-12)
     True
+    >>> grid = np.stack(np.meshgrid(*[np.arange(-2, 2) / 4] * 2), axis=-1)
+    >>> vq.density_compensation(grid, periodic=True)[:3]
+    array([0.0625, 0.0625, 0.0625])
     """
     one_of("rim", rim, ("auto", "box", "ball", "cylinder"))
     given = read_trajectory(trajectory, shape, units)
+    if domain is not None or cell is not None:
+        name = "domain=" if cell is None else "cell="
+        two = cell is not None and domain is not None
+        _refuse_with(name, rim=rim != "auto", bounds=bounds is not None, periodic=np.any(periodic), domain=two)
+        return _in_domain(given, type_of(trajectory), domain, cell, threads)
+    if np.any(np.asarray(periodic, dtype=object)):
+        one_of("rim, with periodic=,", rim, ("auto", "box"))
+        bounds = np.array([(-0.5, 0.5)] * given.d) * given.per_unit[:, None] if bounds is None else bounds
     if bounds is None:
         all_axes = given.d
         given = given.on_axes(spanned_axes(given.positions))
@@ -102,12 +134,41 @@ def density_compensation(
         given.refuse_outside(sides, "widen bounds= or drop the sample")
         rim = "box" if rim == "auto" else rim
     if rim == "box":
-        return cells(np.clip(given.positions, *sides.T), bounds=sides, threads=threads).measures
+        inside = np.clip(given.positions, *sides.T)
+        return cells(inside, bounds=sides, periodic=periodic, threads=threads).measures
     if rim == "cylinder":
         return _in_cylinder(given.positions, None if bounds is None else sides, thread_count(threads))
     if bounds is not None:
         raise ValueError("bounds= is for rim='box' and 'cylinder'; the ball ends where the trajectory does")
     return _in_ball(given.positions, thread_count(threads))
+
+
+def _refuse_with(name: str, **others: bool | np.bool_) -> None:
+    for other, is_given in others.items():
+        if is_given:
+            raise ValueError(f"{name} says where cells end; leave out {other}=")
+
+
+def _in_domain(
+    given: Trajectory, dtype: np.dtype[Any], domain: Any, cell: ArrayLike | None, threads: int | None
+) -> Array:
+    """Weights in a domain or on a lattice that is given in the units of the trajectory."""
+    positions, unit = given.positions.astype(dtype), given.per_unit
+    if cell is not None:
+        return cells(positions, cell=real_numbers("cell", cell) / unit, threads=threads).measures
+    if isinstance(domain, str):
+        raise ValueError(f"domain={domain!r}: say rim={domain!r}, the one that the trajectory reaches")
+    if is_region(domain):
+        region = region_of(domain)
+        import shapely
+
+        scaled = shapely.transform(region, lambda corners: corners / unit)
+        return cells(positions, domain=scaled, threads=threads).measures
+    if isinstance(domain, tuple) and len(domain) == 2 and np.ndim(domain[0]) == 2:
+        return cells(
+            positions, domain=(real_numbers("domain[0]", domain[0]) * unit, domain[1]), threads=threads
+        ).measures
+    return cells(positions, domain=real_numbers("domain", domain) / unit, threads=threads).measures
 
 
 def _in_ball(positions: Array, threads: int) -> Array:

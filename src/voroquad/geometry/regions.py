@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 from .._support.arrays import Array
 from .._support.checks import point_array
 from .._support.extras import install_hint
-from .bounds import Bounds
+from .bounds import Bounds, type_of
 from .diagram import Cells
 from .neighbours import Neighbours
 from .shapes import Polygons
@@ -60,17 +60,13 @@ class RegionCells(Cells):
         import shapely
 
         given = point_array(points)
-        if given.ndim != 2 or given.shape[1] != 2:
-            raise ValueError(f"a polygon as domain needs one set of points (n, 2), got shape {given.shape}")
+        if given.shape[-1] != 2:
+            raise ValueError(f"a polygon as domain needs points (n, 2) or (sets, n, 2), got shape {given.shape}")
         west, south, east, north = region.bounds
         box = Bounds(2, [(west, east), (south, north)])
         shapely.prepare(region)
-        outside = np.flatnonzero(~shapely.intersects_xy(region, *given.T))
-        far = shapely.distance(region, shapely.points(given[outside])) > ON_BORDER * np.abs(region.bounds).max()
-        if far.any():
-            first = int(outside[far.argmax()])
-            raise ValueError(f"points[{first}] = {given[first].tolist()} is outside the polygon; drop it")
-        super().__init__(box.to_core(points), box, threads)
+        inside = _drawn_in(given, region, float(np.finfo(type_of(points)).eps))
+        super().__init__(box.to_core(np.clip(inside, *box.sides.T)), box, threads)
         self._region = region
         self._pieces: NDArray[np.object_] | None = None
 
@@ -78,6 +74,7 @@ class RegionCells(Cells):
         """The cells (n,) as geometries of Shapely: polygons, or several where the domain cuts a cell into pieces."""
         import shapely
 
+        self._one_set("geometries")
         if self._pieces is None:
             whole = super().geometries()
             inner = shapely.contains_properly(self._region, whole)
@@ -89,6 +86,9 @@ class RegionCells(Cells):
     def _measure(self) -> Array:
         import shapely
 
+        if self._points.ndim == 3:
+            sets = self._bounds.from_core(self._points)
+            return np.array([RegionCells(points, self._region, self._threads).measures for points in sets])
         _, first, counts = np.unique(self._points, axis=0, return_inverse=True, return_counts=True)
         return np.asarray(shapely.area(self.geometries()) / counts[first.reshape(-1)])
 
@@ -117,9 +117,26 @@ class RegionCells(Cells):
 
     def _refuse(self, what: str) -> NoReturn:
         raise ValueError(
-            f"cells in a polygon may consist of several pieces and have no {what}; use geometries(), or give a "
-            "convex domain given by its vertices (k, 2) has all"
+            f"cells in a polygon may consist of several pieces and have no {what}; use geometries(), or or for a "
+            "convex polygon give its vertices (k, 2)"
         )
+
+
+def _drawn_in(points: Array, region: Region, epsilon: float) -> Array:
+    """Points (..., 2), with those that rounding has put outside the polygon on its border; others are refused."""
+    import shapely
+
+    inside = points.reshape(-1, 2).copy()
+    outside = np.flatnonzero(~shapely.intersects_xy(region, *inside.T))
+    far: NDArray[np.bool_] = np.asarray(~np.isfinite(inside[outside]).all(axis=1))
+    towards = shapely.shortest_line(region, shapely.points(np.where(far[:, None], 0.0, inside[outside])))
+    far = far | (shapely.length(towards) > max(ON_BORDER, epsilon) * np.abs(region.bounds).max())
+    if far.any():
+        first = np.unravel_index(outside[far.argmax()], points.shape[:-1])
+        index = int(first[0]) if len(first) == 1 else tuple(map(int, first))
+        raise ValueError(f"points[{index}] = {points[first].tolist()} is outside the polygon; drop it")
+    inside[outside] = shapely.get_coordinates(shapely.get_point(towards, 0))
+    return inside.reshape(points.shape)
 
 
 def _areas(parts: Any) -> NDArray[np.object_]:

@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 from .. import _core
 from .._support.arrays import Array
 from .._support.checks import point_array
-from .bounds import Bounds
+from .bounds import Bounds, type_of
 from .diagram import Cells
 from .neighbours import Neighbours
 from .shapes import Polygons, Polyhedra
@@ -37,15 +37,19 @@ class RoundCells(Cells):
             raise ValueError(f"bounds {sides.tolist()}: a {shape} touches its box, so that these sides must be equal")
         if box.periodic[:axes].any():
             raise ValueError(f"periodic {box.periodic.tolist()}: axes across a {shape} are not periodic")
-        super().__init__(box.to_core(points), box, threads)
         self._shape = shape
         self._centre, self._radius = sides.mean(axis=1), float(length.max() / 2)
-        distance = np.linalg.norm(point_array(points)[..., :axes] - self._centre, axis=-1)
-        outside = np.argwhere(distance > self._radius * (1 + ROUND))
+        given = point_array(points)
+        distance = np.linalg.norm(given[..., :axes] - self._centre, axis=-1)
+        slack = max(ROUND * self._radius, 2 * float(np.finfo(type_of(points)).eps * np.abs(sides).max()))
+        outside = np.argwhere(~(distance <= self._radius + slack))
         if len(outside):
             first = tuple(outside[0].tolist())
             index = first[0] if len(first) == 1 else first
-            raise ValueError(f"points[{index}] = {self.points[first].tolist()} is outside the {shape}; drop it")
+            raise ValueError(f"points[{index}] = {given[first].tolist()} is outside the {shape}; drop it")
+        inside = np.array(points, copy=True)
+        inside[..., :axes] = np.clip(inside[..., :axes], *sides.T)
+        super().__init__(box.to_core(inside), box, threads)
 
     def _measure(self) -> Array:
         batch = self._points if self._points.ndim == 3 else self._points[None]

@@ -7,6 +7,7 @@ import sys
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,7 +17,7 @@ from .._support.checks import one_of, point_array, refuse_transposed, thread_cou
 from ..designs.design import DESIGNS, ENGINE_DESIGNS, design_of
 from ..designs.grids import stratum_index
 from ..designs.sampling import SampleSet, SetKind, as_sample_set
-from ..geometry.bounds import Bounds
+from ..geometry.bounds import Bounds, Periodic
 from ..geometry.cells import cells
 from ..geometry.probes import probed_measures
 from . import exchange
@@ -28,6 +29,7 @@ from .fit import Fit
 from .kriging_rules import MOST, krige_independent
 from .method import CHOICE, KRIGING, LOCAL_DEGREES, MEAN, ORDER_ZERO, VORONOI, Method, local, read_order
 from .nearest_fits import fit_uniform
+from .other_domains import Place, weights_in
 from .strata_fits import fit_strata
 
 DEBIAS = ("none", "bias-function", "exchange", "leave-one-out", "cross-fit", "auto")
@@ -40,9 +42,12 @@ def weights(
     debias: str = "none",
     design: str | None = None,
     bounds: ArrayLike | None = None,
+    periodic: Periodic = False,
+    domain: Any = None,
+    cell: ArrayLike | None = None,
     threads: int | None = None,
 ) -> Array:
-    """Quadrature weights of samples in the unit box, or in a box of other sides.
+    """Quadrature weights of samples in the unit box, or in another domain.
 
     Parameters
     ----------
@@ -71,21 +76,28 @@ def weights(
     bounds : array_like, (d, 2) or (2,), optional
         Lower and upper end of each side of the box of bare points, in their units; a single pair applies to all axes.
         By default the unit box [0, 1]^d.
+    periodic : bool or sequence of bool, (d,)
+        Whether opposite faces of the box are the same place, for all axes or for each, as in :func:`voroquad.cells`.
+    domain, cell : optional
+        Another domain of bare points: a convex polygon or polytope, a polygon with holes, ``"ball"`` or ``"cylinder"``;
+        or lattice vectors (d, d) that repeat the points; all as in :func:`voroquad.cells`.
     threads : int, optional
         Number of threads; all processors by default. The result does not depend on it.
 
     Returns
     -------
     ndarray, (n,) or (sets, n)
-        The weights w of the estimate Σ_i w_i f(x_i) of ∫ f over the box. If the weights of a rule sum to 1 in the unit
-        box, they sum to the volume of another box.
+        The weights w of the estimate Σ_i w_i f(x_i) of ∫ f over the domain. If the weights of a rule sum to 1 in the
+        unit box, they sum to the volume of another box or domain.
 
     Raises
     ------
     ValueError
-        A point is outside the box; the array may be transposed; `bounds` do not match d, or are given with a
-        `SampleSet`, whose points are in the unit box; there is no rule for the combination of order, debias, design and
-        d (the message lists those that exist).
+        A point is outside the domain; the array may be transposed; `bounds` do not match d; another domain is given
+        with a `SampleSet`, whose points are in the unit box; there is no rule for the combination of order, debias,
+        design, d and domain (the message lists those that exist).
+    ImportError
+        Shapely is not installed, and `domain` needs it.
 
     Notes
     -----
@@ -118,6 +130,11 @@ def weights(
     In another box, ``debias="none"`` uses the Voronoi cells of that box, with distances in the units of the points. All
     other rules scale each axis to [0, 1], which does not affect unbiasedness, and multiply the weights by the volume.
 
+    With `periodic`, `domain` or `cell` there is order 0: the measures of the cells. A lattice, or a box whose axes are
+    all periodic, has no border. There the measures of uniform points are unbiased as they are: ``debias="auto"``
+    returns them for the design ``"uniform"``, and for d = 1 also for ``"stratified"``. In other domains, and where only
+    some axes are periodic, they are biased near the border.
+
     References
     ----------
     J. J. Guo and E. Eisemann, "Geometric Sample Reweighting for Monte Carlo Integration", Computer Graphics Forum
@@ -133,7 +150,15 @@ def weights(
     True
     >>> vq.weights([[1.0, 0.5], [2.0, 0.5]], bounds=[(0, 4), (0, 1)])
     array([1.5, 2.5])
+    >>> vq.weights([[0.5, 0.25], [0.5, 1.0]], domain=[(0, 0), (2, 0), (0, 2)]).round(6)
+    array([1.054688, 0.945312])
+    >>> vq.weights(vq.sample("uniform", n=8, d=2, rng=1), periodic=True, debias="auto").sum().round(12)
+    np.float64(1.0)
     """
+    place = Place(bounds, periodic, domain, cell)
+    if not place.is_box:
+        one_of("debias", debias, DEBIAS)
+        return weights_in(samples, place, order, debias, design, thread_count(threads))
     if bounds is not None:
         return _weights_in_box(samples, bounds, order, debias, design, thread_count(threads))
     samples = as_sample_set(samples, design)
