@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import csv
+import fcntl
+import tempfile
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
@@ -11,7 +13,18 @@ from typing import Any
 def put(
     path: Path, columns: Sequence[str], lines: Sequence[Sequence[object]], key: Callable[[Sequence[str]], Any]
 ) -> None:
-    """Write lines in the place of those with the same key; all lines are ordered by it."""
+    """Write lines in the place of those with the same key; all lines are ordered by it.
+
+    Several programs may do so at once.
+    """
+    with (Path(tempfile.gettempdir()) / f"{path.stem}.lock").open("w") as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX)
+        _put(path, columns, lines, key)
+
+
+def _put(
+    path: Path, columns: Sequence[str], lines: Sequence[Sequence[object]], key: Callable[[Sequence[str]], Any]
+) -> None:
     rows = [[str(entry) for entry in line] for line in lines]
     measured = [key(row) for row in rows]
     if path.exists():

@@ -72,9 +72,9 @@ CASES = (
 class Stage:
     """A case with its scene loaded; `jitter`: the pixel's area or its centre."""
 
-    def __init__(self, case: Case, jitter: bool) -> None:
-        self.case, self.jitter = case, jitter
-        self.scene = load_scene(case.scene, SIZE, case.domain)
+    def __init__(self, case: Case, jitter: bool, size: tuple[int, int] = SIZE) -> None:
+        self.case, self.jitter, self.size = case, jitter, size
+        self.scene = load_scene(case.scene, size, case.domain)
         #: Objects move in slices, which Mitsuba's samplers know nothing of
         self.moves = bool(motion_of(self.scene))
 
@@ -108,7 +108,8 @@ class Stage:
     def reference(self) -> tuple[Floats, Floats]:
         """The mean of rounds of joint Sobol' sets with equal weights, and the variance of that mean."""
         case = self.case
-        path = REFERENCES / f"{case.scene}-{'area' if self.jitter else 'centre'}.npz"
+        size = "" if self.size == SIZE else "-{}x{}".format(*self.size)
+        path = REFERENCES / f"{case.scene}-{'area' if self.jitter else 'centre'}{size}.npz"
         if not path.exists():
             domain = case.joint[-1] if self.jitter and case.joint else case.domain
             total = squares = np.zeros(())
@@ -124,10 +125,10 @@ class Stage:
             return kept["mean"], kept["variance"]
 
 
-def on_stage(case: Case, jitter: bool, measure: Callable[[Stage], Rows]) -> Rows:
+def on_stage(case: Case, jitter: bool, measure: Callable[[Stage], Rows], size: tuple[int, int] = SIZE) -> Rows:
     """The rows of a case; its scene is gone afterwards: one that exists slows every later render."""
     mi.set_variant(SPECTRAL_VARIANT if case.spectral else VARIANT)
-    rows = measure(Stage(case, jitter))
+    rows = measure(Stage(case, jitter, size))
     gc.collect()
     return rows
 

@@ -57,6 +57,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "scene-bias": renders.scene_bias_table,
         "gain": renders.gain_table,
         "samplers": renders.samplers_table,
+        "blocks": renders.blocks_table,
         "spacing": renders.spacing_table,
         "pbrt": renders.pbrt_table,
         "overhead": renders.overhead_table,

@@ -121,8 +121,17 @@ def best_table() -> str:
     return markdown(rows, "l")
 
 
+MITSUBAS = ("independent", "stratified", "multijitter", "orthogonal", "ldsampler")
+DEFAULT_SAMPLER = "owensobol sz"
 #: Of the table of samplers: ours, with the generators by their names, and that which shares samples out
 OF_OURS = {"owensobol joe-kuo": "joe-kuo", "owensobol sz": "sz", "adaptive": "adaptive"}
+
+
+def with_default(measured: Sequence[Row]) -> list[tuple[str, str]]:
+    """Scenes and samples per pixel for which the default sampler and multijitter have been measured."""
+    keys = dict.fromkeys((r["scene"], r["spp"]) for r in measured)
+    there = {(r["scene"], r["spp"], r["sampler"]) for r in measured}
+    return [key for key in keys if (*key, DEFAULT_SAMPLER) in there and (*key, "multijitter") in there]
 
 
 def samplers_table() -> str:
@@ -132,7 +141,7 @@ def samplers_table() -> str:
         ["scene", "spp", "MSE, best of Mitsuba's", *(f"{e}, {o}" for e in errors.values() for o in OF_OURS.values())]
     ]
     measured = read(RESULTS / "samplers.csv")
-    for scene, spp in dict.fromkeys((r["scene"], r["spp"]) for r in measured):
+    for scene, spp in with_default(measured):
         own = {r["sampler"]: r for r in measured if (r["scene"], r["spp"]) == (scene, spp)}
 
         def ratio(sampler: str, error: str, own: dict[str, Row] = own) -> str:
@@ -140,7 +149,7 @@ def samplers_table() -> str:
                 return ""
             return f"{float(own[sampler][error]) / float(own['multijitter'][error]):.2f}"
 
-        mitsubas = [name for name in own if name != "adaptive" and "sobol" not in name]
+        mitsubas = [name for name in own if name in MITSUBAS]
         theirs = min(mitsubas, key=lambda name: float(own[name]["mse"]))
         rows.append([scene, spp, f"{ratio(theirs, 'mse')} ({theirs})", *(ratio(o, e) for e in errors for o in OF_OURS)])
     return markdown(rows, "lrl")
@@ -150,12 +159,26 @@ def pbrt_table() -> str:
     """Errors of the samplers of pbrt-v4 over those of owensobol."""
     theirs, errors = ("zsobol", "owen-sobol"), {"mse": "MSE", "flip": "ꟻLIP", "blur_3": "MSE, blurred"}
     rows = [["scene", "spp", *(f"{label}, {name}" for label in errors.values() for name in theirs)]]
-    measured = {(r["scene"], r["spp"], r["sampler"]): r for r in read(RESULTS / "samplers.csv")}
-    for scene, spp in dict.fromkeys(key[:2] for key in measured if key[2] in theirs):
-        own = measured[scene, spp, "owensobol sz"]
+    rows_of_csv = read(RESULTS / "samplers.csv")
+    measured = {(r["scene"], r["spp"], r["sampler"]): r for r in rows_of_csv}
+    for scene, spp in with_default(rows_of_csv):
+        if not all((scene, spp, name) in measured for name in theirs):
+            continue
+        own = measured[scene, spp, DEFAULT_SAMPLER]
         ratios = (float(measured[scene, spp, name][error]) / float(own[error]) for error in errors for name in theirs)
         rows.append([scene, spp, *(f"{ratio:.2f}" for ratio in ratios)])
     return markdown(rows, "lr")
+
+
+def blocks_table() -> str:
+    """Errors of owensobol by the size of blocks, over those of the default."""
+    rows = [["scene", "pixels a side", "MSE", "spread of the MSE", "ꟻLIP", "MSE, blurred"]]
+    measured = read(RESULTS / "block_sizes.csv")
+    for r in measured:
+        (default,) = (d for d in measured if (d["scene"], d["pixels_a_side"]) == (r["scene"], "8"))
+        mse, flip, blurred = (f"{float(r[k]) / float(default[k]):.2f}" for k in ("mse", "flip", "blur_3"))
+        rows.append([r["scene"], r["pixels_a_side"], mse, f"{100 * float(r['mse_spread']):.0f} %", flip, blurred])
+    return markdown(rows, "l")
 
 
 def spacing_table() -> str:

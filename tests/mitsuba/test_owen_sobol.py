@@ -92,6 +92,16 @@ def test_squares_of_pixels_have_a_net_together(generators, spp):
             assert generators == "joe-kuo" or is_net(points[2:])
 
 
+def test_blocks_of_eight_by_eight_pixels_have_scrambles_of_their_own():
+    """Each block is a net with one place in each interval; those of two blocks are not the same ones, nor one net."""
+    drawn = draw(sampler(sample_count=4, width=16, height=8), 2, pixels=128)
+    blocks = [drawn.reshape(2, 8, 16, 4)[:, :, k : k + 8].reshape(2, -1) for k in (0, 8)]
+    assert all(map(is_net, blocks))
+    places = [np.sort(block[0]) * 256 % 1 for block in blocks]
+    assert abs(np.corrcoef(*places)[0, 1]) < 0.3
+    assert not is_net(np.concatenate(blocks, 1))
+
+
 @pytest.mark.parametrize("control", [{"type": "owensobol", "order": "none"}, {"type": "independent"}])
 def test_without_the_order_they_do_not(control):
     own = mi.load_dict({"sample_count": 4} | control)
@@ -198,7 +208,7 @@ def test_beyond_the_samples_that_were_asked_for_come_others():
 
 @pytest.mark.parametrize("size", [(2**16 + 9, 3), (3, 2**16 + 9), (2**19, 2**19)])
 def test_images_of_more_than_two_to_the_sixteen_pixels_a_side(size):
-    """A row of their last pixels: each has a net of its own, and neighbours do not share them."""
+    """Rows of their last pixels: each has a net of its own, and neighbours do not share them."""
     width, height = size
     rows = max(1, 2**7 // width)
     own = sampler(sample_count=4)

@@ -6,13 +6,15 @@ import mitsuba as mi
 import numpy as np
 import pytest
 
+from voroquad._support.units import LocalFile
 from voroquad.mitsuba import compare as comparison
 from voroquad.mitsuba import render as renderer
 from voroquad.mitsuba import settling
-from voroquad.mitsuba.loading import load_scene
+from voroquad.mitsuba.bands import Shot
+from voroquad.mitsuba.loading import load_scene, scene_path
 from voroquad.mitsuba.methods import ADAPTIVE, OWEN_SOBOL, OWN, Stage
 from voroquad.mitsuba.pilot import Finding, best, candidates, findings, pilot_step
-from voroquad.mitsuba.settling import choose
+from voroquad.mitsuba.settling import Wanted, choose, settle
 
 
 def stage(scene, domain="lens", *, jitter=True, spp=64, size=None):
@@ -49,21 +51,26 @@ def test_candidates_are_those_that_the_scene_can_take(ball):
     assert candidates(stage("moving-objects", "time", size=(8, 6)), [64]) == []
 
 
-@pytest.mark.parametrize("step", [3, 5])  # odd: pixels have a middle
-def test_a_pilot_has_every_third_or_fifth_pixel_of_the_image(step):
-    """Each pixel of the image shows a texel of its own, so there is no noise; the crop window and the film stay."""
-    texels = np.random.default_rng(1).random((60, 60, 3)).astype(np.float32)
+def wall(texels, film):
+    """A wall with these texels that fills the film."""
     texture = {"type": "bitmap", "bitmap": mi.Bitmap(texels), "raw": True, "filter_type": "nearest"}
-    film = {"type": "hdrfilm", "width": 60, "height": 60, "rfilter": {"type": "box"}, "pixel_format": "rgb"}
-    film |= {"crop_width": 45, "crop_height": 30, "crop_offset_x": 15, "crop_offset_y": 15}
-    scene = mi.load_dict({
+    film = {"type": "hdrfilm", "rfilter": {"type": "box"}, "pixel_format": "rgb"} | film
+    return {
         "type": "scene",
         "integrator": {"type": "direct"},
         "camera": {"type": "orthographic", "film": film, "to_world": mi.ScalarTransform4f().look_at(
             [0, 0, 4], [0, 0, 0], [0, 1, 0])},
         "wall": {"type": "rectangle", "bsdf": {"type": "diffuse", "reflectance": texture}},
         "sun": {"type": "directional", "direction": [0, 0, -1]},
-    })  # fmt: skip
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("step", [3, 5])  # odd: pixels have a middle
+def test_a_pilot_has_every_third_or_fifth_pixel_of_the_image(step):
+    """Each pixel of the image shows a texel of its own, so there is no noise; the crop window and the film stay."""
+    texels = np.random.default_rng(1).random((60, 60, 3)).astype(np.float32)
+    film = {"width": 60, "height": 60, "crop_width": 45, "crop_height": 30, "crop_offset_x": 15, "crop_offset_y": 15}
+    scene = mi.load_dict(wall(texels, film))
     sensor = scene.sensors()[0]
     whole = np.array(mi.render(scene, spp=4))
     shown = []
@@ -83,10 +90,31 @@ def test_a_pilot_has_every_third_or_fifth_pixel_of_the_image(step):
     np.testing.assert_array_equal(np.array(mi.render(scene, spp=4)), whole)
 
 
+def test_adaptive_samples_go_by_the_noise_around_a_pixel_not_by_that_of_pixels_far_away():
+    """A wall with a noisy stripe: columns 28 to 36 of 60 of the image, where the pilot has every fifth pixel."""
+    texels = np.full((60, 600, 3), 0.5, np.float32)
+    texels[:, 280:370] = np.random.default_rng(1).random((60, 90, 1))
+    scene = mi.load_dict(wall(texels, {"width": 60, "height": 60}))
+    own = Stage(scene, scene.sensors()[0], "pixel", True)
+    shown = []
+
+    class Watched(Stage):
+        def integrator(self, method):
+            shown.append(super().integrator(method))
+            return shown[-1]
+
+    findings(Watched(own.scene, own.sensor, "pixel", True), [ADAPTIVE], 32, [1, 2], 5)
+    counts = shown[0]._pilot.counts
+    assert counts.shape == (12, 12)
+    assert (counts[:, 6] > 16).all()
+    assert (counts[:, [0, 1, 2, 3, 4, 8, 9, 10, 11]] == 16).all()  # 5 × 5 of the pilot's own pixels reach 4 and 8
+
+
 def test_a_small_image_has_no_pilot(ball):
-    assert pilot_step(stage(ball, size=(32, 24)).sensor, 5) is None
+    assert pilot_step(stage(ball, size=(32, 24)).sensor, [OWEN_SOBOL] * 5, 64) is None
     assert choose(stage(ball, size=(32, 24)), 64, 0)[1] == "owensobol, as the image is too small for a pilot"
-    assert pilot_step(stage(ball, size=(160, 120)).sensor, 5) == 9
+    assert pilot_step(stage(ball, size=(160, 120)).sensor, [OWEN_SOBOL] * 5, 64) == 9
+    assert pilot_step(stage(ball, size=(160, 120)).sensor, [*[OWEN_SOBOL] * 4, ADAPTIVE], 64) == 10
 
 
 def test_the_choice_is_one_for_a_seed_and_no_sample_of_it_is_in_the_image(ball, tmp_path, monkeypatch):
@@ -112,6 +140,15 @@ def test_every_candidate_renders(ball, tmp_path, monkeypatch, taken, domain):
     assert (summary["sampler"], summary["domain"]) == ("owensobol" if taken == "adaptive" else taken, domain)
     names = [field.name for field in mi.Bitmap(str(tmp_path / "o.exr")).struct_()]
     assert names == ["R", "G", "B", *{"adaptive": ["samples"], "weights-lens": ["lambda"]}.get(taken, [])]
+
+
+def test_moving_objects_take_the_sampler_for_all_but_the_times():
+    shot = Shot(LocalFile(scene_path("moving-objects")), mi.variant(), (8, 6), "plain", {}, 0, {})
+    settled = settle(Wanted(), shot, 16, 0)
+    assert settled.shot.properties["scene_sampler"] == {"type": "owensobol"}
+    assert (settled.key["domain"], settled.key["sampler"]) == ("time", "stratified")
+    named = settle(Wanted(domain="time"), shot, 16, 0)
+    assert "scene_sampler" not in named.shot.properties
 
 
 @pytest.mark.slow

@@ -12,10 +12,10 @@ from .._support.arrays import Integers
 from .._support.checks import one_of
 from . import accumulation
 from .accumulation import Footprint, Pass, pixel_means, quotient
-from .allocation import KINDS, Sharing
+from .allocation import KINDS, NEIGHBOURS, Sharing
 from .blend import Floats
 from .owen_sobol import OwenSobol
-from .plain import Plain
+from .plain import Plain, band_seed
 from .properties import read_property
 from .recipes import names
 
@@ -141,12 +141,33 @@ class Adaptive(Plain):
         if known is not None and (known.seed, known.spp, known.counts.shape) == (seed, spp, (height, width)):
             return
         self.sharing.check(spp)
-        sums = self._sums(scene, sensor, seed, np.arange(width * height), 0, self.sharing.at_least, spp)
-        means, mean, square = np.split(sums / self.sharing.at_least, [-2 * _COLOURS, -_COLOURS], axis=-1)
-        variance = np.maximum(square - mean**2, 0) * self.sharing.at_least / (self.sharing.at_least - 1)
-        mean, variance = (values.reshape(height, width, _COLOURS) for values in (mean, variance))
-        number = self.sharing.counts(mean, variance, spp)
+        means, mean, variance = self._moments(scene, sensor, seed, spp)
+        if self.part == 1:
+            number = self.sharing.counts(mean, variance, spp)
+        else:  # the pixels are apart from each other
+            number = self.sharing.counts_apart(*self._around(scene, sensor, seed, spp), spp)
         self._pilot = Pilot(seed, spp, number, means, footprint.crop(number.astype(np.float32)))
+
+    def _around(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> tuple[Floats, Floats]:
+        """Mean and variance (height, width, colours) of a sample in each pixel's neighbours in the larger image."""
+        found = []
+        try:
+            for k, self.shift in enumerate(NEIGHBOURS):
+                found.append(self._moments(scene, sensor, band_seed(seed, k + 1), spp)[1:])
+        finally:
+            self.shift = (0, 0)
+        mean, variance = np.mean(found, axis=0)
+        return mean, variance
+
+    def _moments(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> tuple[Floats, Floats, Floats]:
+        """Of the pilot's samples: means in the columns of `Layout.row`, and those and the variance of the colours."""
+        width, height = Footprint(sensor.film()).window
+        number = self.sharing.at_least
+        sums = self._sums(scene, sensor, seed, np.arange(width * height), 0, number, spp)
+        means, mean, square = np.split(sums / number, [-2 * _COLOURS, -_COLOURS], axis=-1)
+        variance = np.maximum(square - mean**2, 0) * number / (number - 1)
+        mean, variance = (values.reshape(height, width, _COLOURS) for values in (mean, variance))
+        return means, mean, variance
 
     def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, number: int) -> Floats:
         """Means over the rays of each pixel of a band of what they bring, in the columns of `Layout.row`.

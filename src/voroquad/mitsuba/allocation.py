@@ -26,6 +26,8 @@ KINDS = ("absolute", "relative")
 SPREAD = 4
 #: The noise of a pixel is estimated from so many pixels on each side
 REACH = 2
+#: Where it is estimated instead if the pixels are apart from each other in a larger image, in pixels of that
+NEIGHBOURS = ((1, 0), (-1, 0), (0, 1), (0, -1))
 #: Part of the mean radiance that counts as 0 where errors are relative
 DARK = 0.1
 
@@ -110,14 +112,26 @@ class Sharing:
         number = np.full(half.shape, self.at_least, np.int64)
         for own in (0, 1):
             others, chosen = half != own, half == own
-            noise = _around(variance.mean(-1), others)
-            if self.adaptive == "relative":
-                brightness = mean.mean(-1)
-                known = others & np.isfinite(brightness)
-                dark = DARK * float(brightness[known].mean()) if known.any() else 0.0
-                noise = noise / np.maximum(_around(brightness, others) ** 2, dark**2 or 1.0)
+            brightness = mean.mean(-1)
+            around = _around(brightness, others)
+            noise = self._felt(_around(variance.mean(-1), others), around, brightness[others])
             number[chosen] = self._shared_out(noise[chosen], spp)
         return number
+
+    def counts_apart(self, mean: Floats, variance: Floats, spp: int) -> Integers:
+        """Samples of pixels (height, width) far from each other, by mean and variance of what is around each."""
+        brightness = mean.mean(-1)
+        noise = np.where(np.isfinite(variance), variance, 0.0).mean(-1)
+        return self._shared_out(self._felt(noise, brightness, brightness).ravel(), spp).reshape(noise.shape)
+
+    def _felt(self, noise: Floats, around: Floats, brightness: Floats) -> Floats:
+        """Variances of a sample, relative to the brightness around them if errors are to be; what is dark of it counts
+        by the mean `brightness`."""
+        if self.adaptive == "absolute":
+            return noise
+        known = brightness[np.isfinite(brightness)]
+        dark = DARK * float(known.mean()) if known.size else 0.0
+        return noise / np.maximum(np.where(np.isfinite(around), around, 0.0) ** 2, dark**2 or 1.0)
 
     def _shared_out(self, noise: Floats, spp: int) -> Integers:
         """Samples (pixels,) of pixels with these variances of a sample, within the budget on average."""

@@ -10,7 +10,7 @@ import mitsuba as mi
 
 from ..results.manifest import Line
 from ..results.style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION
-from .allocation import Sharing
+from .allocation import NEIGHBOURS, Sharing
 from .domains import find_domain
 from .loading import make_integrator, motion_of, traced
 
@@ -50,6 +50,7 @@ class RenderMethod:
     line: Line
     joint: bool = False  # with the pixel's area in one set
     cost: float = 1.0  # of a sample, over one of the nested integrator alone
+    around: int = 0  # samples around each pixel that a pilot takes besides
 
     @property
     def blends(self) -> bool:
@@ -139,7 +140,10 @@ WEIGHTS = RenderMethod(
     Line(VERMILION, "dotted", "diamond"),
 )  # fmt: skip
 #: Its cost is an estimate: the pilot's wavefronts and those of each level are smaller
-ADAPTIVE = RenderMethod("adaptive", "adaptive", "plain", {"adaptive": "absolute"}, Line(SKY, "solid"), cost=1.1)
+ADAPTIVE = RenderMethod(
+    "adaptive", "adaptive", "plain", {"adaptive": "absolute"}, Line(SKY, "solid"), cost=1.1,
+    around=len(NEIGHBOURS) * Sharing.at_least,
+)  # fmt: skip
 
 
 def methods_for(stage: Stage, spp: Sequence[int]) -> list[RenderMethod]:

@@ -1,4 +1,4 @@
-"""The sampler plug-in ``owensobol``: one Owen-scrambled sequence for all of an image; made anew for each variant."""
+"""The sampler plug-in ``owensobol``: Owen-scrambled sequences that pixels share; made anew for each variant."""
 
 from __future__ import annotations
 
@@ -12,11 +12,13 @@ from .._support.checks import one_of, positive_int
 from .accumulation import quotient
 from .generators import BITS, JOINT, KINDS, NIBBLE, nibble_tables, upper_digits
 from .properties import read_property
-from .scrambles import MORTON_BITS, combine, crossed_scramble, morton, nested_shuffle, nested_shuffle_of_fours
+from .scrambles import combine, crossed_scramble, morton, nested_shuffle, nested_shuffle_of_fours
 
 #: The generators that "auto" stands for
 DEFAULT_GENERATORS = "sz"
 ORDERS = ("morton", "none")
+#: Squares of pixels that share a sequence have 2 to the power of this on a side (benchmarks/block_sizes.py)
+BLOCK_BITS = 3
 #: Salts: hashes of one seed for different purposes must not agree
 _OF_BLOCK, _OF_PIXEL, _OF_ORDER, _OF_GROUP = 0x2545F491, 0x51ED270B, 0x1B873593, 0x38495AB5
 
@@ -58,8 +60,9 @@ class OwenSobol(mi.Sampler):
          then every pixel is scrambled by itself. The plug-ins ``plain`` and ``reweighted`` set them. (Default: 0)
      * - order
        - |string|
-       - ``morton``: the pixels take their samples from one sequence, in a random Morton order, so that the errors of
-         pixels near each other cancel to the eye. ``none``: each pixel has a scramble of its own. (Default: ``morton``)
+       - ``morton``: the pixels of a block take their samples from one sequence, in a random Morton order, so that the
+         errors of pixels near each other cancel to the eye. ``none``: each pixel has a scramble of its own. (Default:
+         ``morton``)
      * - generators
        - |string|
        - ``joe-kuo``, Sobol' sequences; ``sz``, quads of coordinates over the field of four elements, each with the
@@ -71,19 +74,20 @@ class OwenSobol(mi.Sampler):
     Notes
     -----
     With n samples per pixel and m = ⌈log2 n⌉, sample s of the pixel with Morton code z has the index 2^m π(z) + s in
-    the sequence. π permutes the base-4 digits of z, each by one of 24 permutations that a hash of the digits above it
-    picks (Ahmed and Wonka 2020). Coordinate d of all pixels goes through a nested scrambling with one key, a hash of d
-    and the seed. So each pixel has a scrambled net, and the pixels of an aligned square of 2^k by 2^k have one net of
-    4^k times as many points together.
+    the sequence of its block. π permutes the base-4 digits of z, each by one of 24 permutations that a hash of the
+    digits above it picks (Ahmed and Wonka 2020). Coordinate d goes through a nested scrambling with one key, a hash of
+    d, block and seed. So each pixel has a scrambled net, and the pixels of an aligned square of 2^k by 2^k, k ≤ 3, have
+    one net of 4^k times as many points together.
 
     Owen's scrambling shifts each point within its elementary interval at random. Here the lower half of the first m
     digits of a coordinate depends on the upper half of its partner alone (`generators.crossed`,
     `scrambles.crossed_scramble`): the points of a pixel are evenly spaced in each row and each column of a grid. That
     is a nested scrambling as well: nets stay nets, and each point is uniform.
 
-    An index has 32 bits. Where the Morton code needs more than are left, the image falls into square blocks that have
-    scrambles of their own. Coordinates from number 256 on (``sz``: 4) repeat the first ones with the indices in another
-    order, by a random shuffle that keeps aligned blocks together. Two coordinates that are drawn at once are a pair.
+    Blocks have 8 × 8 pixels, or fewer where there are more than 2^26 samples. With larger blocks the errors look no
+    better; if all pixels shared one scramble, the error of an image would vary much more from seed to seed. Coordinates
+    from number 256 on (``sz``: 4) repeat the first ones with the indices in another order, by a random shuffle that
+    keeps aligned blocks of indices together. Two coordinates that are drawn at once are a pair.
 
     References
     ----------
@@ -241,10 +245,8 @@ class OwenSobol(mi.Sampler):
         """Place of pixels in the random Morton order of their block, the block's key, and the bits of places."""
         row = pixel // self._window.width
         column = pixel - row * self._window.width
-        side = (max(self._window.width, self._window.height) - 1).bit_length()
-        digits = min(side, most_bits // 2, MORTON_BITS)
-        if digits < side:  # the image is more than one block
-            seed = combine(combine(column >> digits, row >> digits), seed ^ _OF_BLOCK)
+        digits = min(BLOCK_BITS, most_bits // 2)
+        seed = combine(combine(column >> digits, row >> digits), seed ^ _OF_BLOCK)
         mask = (1 << digits) - 1
         code = morton(column & mask, row & mask)
         return nested_shuffle_of_fours(code, digits, seed ^ _OF_ORDER), seed, 2 * digits

@@ -1,7 +1,8 @@
 """Which of a few settings has the least variance per second in a scene: a pilot renders each of them, small.
 
-The pilot's pixels are some of the image's, evenly spread, each with as many samples as in the image. Its samples are
-not in the image, and it does not look at the clock: a setting's cost is a constant. So the choice is the same on every
+The pilot's pixels are some of the image's, evenly spread, each with as many samples as in the image. For adaptive
+sampling the pilot measures the noise around each of them too, in its neighbours in the image. Its samples are not in
+the image, and it does not look at the clock: a setting's cost is a constant. So the choice is the same on every
 machine, and leaves the image unbiased.
 """
 
@@ -93,15 +94,20 @@ def _fits(stage: Stage, method: RenderMethod, spp: int) -> bool:
     return True
 
 
-def pilot_step(sensor: mi.Sensor, count: int) -> int | None:
-    """A pilot of so many candidates has every k-th pixel of each row and column.
+def pilot_step(sensor: mi.Sensor, methods: Sequence[RenderMethod], spp: int) -> int | None:
+    """A pilot of these candidates has every k-th pixel of each row and column.
 
     None if the image is too small for a pilot.
     """
     width, height = (int(n) for n in sensor.film().crop_size())
-    pixels = min(MOST_PIXELS, width * height * PART / (count * IMAGES))
+    pixels = min(MOST_PIXELS, width * height * PART / (IMAGES * images_of(methods, spp)))
     step = math.ceil(math.sqrt(width * height / pixels))
     return None if (width // step) * (height // step) < FEWEST_PIXELS else step
+
+
+def images_of(methods: Sequence[RenderMethod], spp: int) -> float:
+    """The samples that one image of each candidate takes in the pilot, over those of one image."""
+    return sum(1 + method.around / spp for method in methods)
 
 
 def findings(stage: Stage, methods: Sequence[RenderMethod], spp: int, seeds: Sequence[int], step: int) -> list[Finding]:

@@ -49,6 +49,8 @@ class Plain(ADIntegrator):
     pixel_order: str | None = None
     #: The middle part of each side of a pixel that is sampled: below 1 for images that stand for larger ones
     part = 1.0
+    #: So many pixels of the larger image right of and below that part
+    shift = (0, 0)
 
     def __init__(self, props: mi.Properties) -> None:
         # Not ADIntegrator's own: it would accept max_depth and rr_depth, which belong to the nested one
@@ -149,7 +151,9 @@ class Plain(ADIntegrator):
 
         # Map the sample to the sensor, whose film coordinates span the crop window
         drawn = self.camera_sample(sensor, sampler, index, corner)
-        inside = drawn.pixel if self.part == 1 else 0.5 + self.part * (drawn.pixel - 0.5)
+        inside = drawn.pixel
+        if self.part != 1:
+            inside = 0.5 + self.part * (inside - 0.5 + mi.ScalarVector2f(self.shift))
         position = mi.Point2f(corner) + inside
         on_film = (position - mi.ScalarVector2f(film.crop_offset())) / mi.ScalarVector2f(film.crop_size())
         with dr.resume_grad():

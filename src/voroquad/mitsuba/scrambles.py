@@ -13,8 +13,6 @@ import numpy as np
 
 from .generators import BITS
 
-#: Bits of a coordinate of a pixel, at most, of which a Morton code of 32 bits is made
-MORTON_BITS = 16
 _GOLDEN = 0x9E3779B9
 
 

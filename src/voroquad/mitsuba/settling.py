@@ -122,6 +122,8 @@ def _with_sets(wanted: Wanted, shot: Shot) -> Settled:
     key["domain"], line = settle_domain(wanted.domain, *shot.stage(), jitter=wanted.jitter, channels=shot.channels)
     key["sampler"] = DESIGN if wanted.sampler == AUTO else wanted.sampler
     properties = {name: value for name, value in key.items() if value is not None}
+    if wanted.open:
+        properties |= OWEN_SOBOL.properties  # for all else
     return Settled(replace(shot, kind="reweighted", properties=properties), key, line)
 
 
@@ -144,7 +146,7 @@ def _chosen(wanted: Wanted, shot: Shot, spp: int, seed: int) -> Settled:
 def choose(stage: Stage, spp: int, seed: int) -> tuple[RenderMethod, str]:
     """The candidate that a pilot finds best at so many samples per pixel, and what to tell of it."""
     methods = candidates(stage, [spp])
-    step = pilot_step(stage.sensor, len(methods))
+    step = pilot_step(stage.sensor, methods, spp)
     if step is None:
         return methods[0], f"{methods[0].label}, as the image is too small for a pilot"
     found = findings(stage, methods, spp, [pilot_seed(seed, k) for k in range(IMAGES)], step)
