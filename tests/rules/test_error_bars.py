@@ -8,8 +8,9 @@ from scipy import stats
 
 import voroquad as vq
 from voroquad.rules import error_bars
+from voroquad.rules.cusps import of_cusps
 from voroquad.rules.ends import at_faces, deviations
-from voroquad.rules.error_bars import LEAST_SPREAD, LEVEL, NORMAL, in_box, of_corrections, on_line
+from voroquad.rules.error_bars import LEAST_SPREAD, LEVEL, NORMAL, ErrorBar, in_box, of_corrections, on_line
 from voroquad.rules.kriging_rules import strata_in_colours
 from voroquad.rules.line_fits import choose_on_line
 
@@ -41,24 +42,84 @@ def test_parabolas_have_the_variance_that_a_fine_grid_gives():
     np.testing.assert_allclose(error_bars._variances_of_parabolas(x, around)[0], expected, rtol=1e-5)
 
 
-def test_many_equal_corrections_make_a_normal_interval_on_the_line():
-    """Independent corrections of a rough integrand: 0.9 of what independence gives."""
+def test_many_rough_corrections_make_a_normal_interval_on_the_line():
+    """Where second differences exceed the corrections, these count: 0.95 of what independence gives."""
     n = 400
     x = vq.sample("stratified", n, 1, rng=2).points[:, 0]
     r = np.where(np.arange(n) % 2, 1.0, -1.0)[None]
-    bar = on_line(x, 0 * r, r, np.zeros((1, n, 3)), r)
+    bar = on_line(x, 0 * r, r, np.stack([-r, r, -r], axis=-1), r)
     assert bar.degrees_of_freedom == np.inf
-    np.testing.assert_allclose(bar.error, 0.9 / math.sqrt(n))
+    np.testing.assert_allclose(bar.error, 0.95 / math.sqrt(n))
 
 
-def test_one_correction_at_an_end_of_the_line_has_few_degrees_of_freedom():
-    """Its half of (V = r²/4)^½ counts with Student's t of one degree; three are told, and the interval is as wide."""
+def test_corrections_that_are_alike_around_make_no_error():
+    """What predictions miss by the same amount all over a stratum, its sample corrects."""
     n = 40
     x = vq.sample("stratified", n, 1, rng=2).points[:, 0]
-    r = np.where(np.arange(n) == 0, 1.0, 0.0)[None]
-    bar = on_line(x, 0 * r, r, np.zeros((1, n, 3)), r)
+    r = np.where((np.arange(n) > 0) & (np.arange(n) < n - 1), 1.0, 0.0)[None]
+    np.testing.assert_array_equal(on_line(x, 0 * r, r, np.stack([r] * 3, axis=-1), r).error, 0)
+
+
+@pytest.mark.parametrize(("rough", "count"), [(1, 1), (10, 10), (30, 20)])
+def test_second_differences_and_parabolas_make_a_normal_interval(monkeypatch, rough, count):
+    """The more strata, the larger the factor: from 0.88 to 0.95."""
+    n = 40
+    x = vq.sample("stratified", n, 1, rng=2).points[:, 0]
+    r = np.where((np.arange(n) >= 5) & (np.arange(n) < 5 + rough), 1.0, 0.0)[None]
+    around = np.stack([0.2 * r, 0 * r, 0.1 * r], axis=-1)
+    monkeypatch.setattr(error_bars, "_variances_of_parabolas", lambda points, around: 0.01 * r)
+    bar = on_line(x, 0 * r, r, around, 1e9 * r)
+    error = (0.88 + 0.07 * count / 20) * math.sqrt(rough * (0.01 + 0.3**2 / 6)) / n
+    student = stats.t.ppf(LEVEL, 1 + 0.45 * (5 * 1.5 * rough - 1)) * math.sqrt(rough * 0.01) / n
+    np.testing.assert_allclose(half_width(bar), max(NORMAL * error, student), rtol=1e-12)
+    assert (NORMAL * error > student) == (rough > 1)
+
+
+@pytest.mark.parametrize(("strata", "freedom"), [([0], 1), ([0, 39], 1.45), ([39, 20], 1.675), ([20], 1.225)])
+def test_few_variances_have_few_degrees_of_freedom(monkeypatch, strata, freedom):
+    """Those at the ends of the line count less. Three degrees are told, and the interval is as wide."""
+    n = 40
+    x = vq.sample("stratified", n, 1, rng=2).points[:, 0]
+    r = np.zeros((1, n))
+    r[0, strata] = 1
+    monkeypatch.setattr(error_bars, "_variances_of_parabolas", lambda points, around: 0.2 * r)
+    bar = on_line(x, 0 * r, r, np.zeros((1, n, 3)), 0 * r)
+    if strata == [39, 20]:  # (1 + 1)² / (1 + 1 / 1.5)
+        freedom = 1 + 0.45 * (4 / (1 + 1 / 1.5) - 1)
     assert bar.degrees_of_freedom == 3
-    np.testing.assert_allclose(half_width(bar), stats.t.ppf(LEVEL, 1) / 2 / n)
+    np.testing.assert_allclose(half_width(bar), stats.t.ppf(LEVEL, freedom) * math.sqrt(0.2 * len(strata)) / n)
+
+
+@pytest.mark.parametrize("end", [0, 39])
+def test_a_correction_at_an_end_counts_a_fifth_of_its_square_at_least(end):
+    n = 40
+    x = vq.sample("stratified", n, 1, rng=2).points[:, 0]
+    r = np.where(np.arange(n) == end, 1.0, 0.0)[None]
+    bar = on_line(x, 0 * r, r, np.zeros((1, n, 3)), r)
+    np.testing.assert_allclose(half_width(bar), stats.t.ppf(LEVEL, 1) * math.sqrt(0.2) / n)
+
+
+def test_fields_keep_their_intervals_with_the_fewest_degrees_of_freedom_of_any():
+    bar = ErrorBar(np.array([1.0, 2.0, 3.0]), np.array([3.0, np.inf, 10.0]))
+    error, fewest = bar.with_equal_freedom()
+    assert fewest == 3
+    np.testing.assert_allclose(half_width(ErrorBar(error, np.array(3.0))), half_width(bar))
+
+
+def test_components_do_not_widen_each_other():
+    """A step has three degrees of freedom; the interval of a smooth component is as wide as without it."""
+    alone = vq.quad(lambda x: np.exp(x[0]), 0, 1, n_points=64, rng=1)
+    both = vq.quad(lambda x: np.stack([np.exp(x[0]), np.where(x[0] < 0.37, 1.0, 0.0)]), 0, 1, n_points=64, rng=1)
+    low, high = both.confidence_interval()
+    np.testing.assert_allclose((high - low)[0], -np.subtract(*alone.confidence_interval()), rtol=1e-9)
+
+
+def test_cusps_widen_the_interval():
+    x = vq.sample("stratified", 40, 1, rng=2).points[:, 0]
+    f = np.log(abs(x - 0.512))[None]
+    bar = on_line(x, f, 0 * f, np.zeros((1, 40, 3)), f)
+    assert bar.degrees_of_freedom == np.inf
+    np.testing.assert_allclose(bar.error, np.sqrt(of_cusps(x, f)) / 40)
 
 
 def test_curves_at_the_ends_widen_the_interval():

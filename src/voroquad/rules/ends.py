@@ -19,8 +19,8 @@ SLOPES, FEWEST = 7, 8
 #: most .1, however the samples lie in their strata.
 STRAIGHT = 0.2
 
-#: The exponents of ends: below, the integral hardly exists; above, parabolas do as well.
-LEAST, MOST = -0.9, 0.9
+#: The exponents of ends: what is steeper is a peak, since the integral would not exist; above, parabolas do as well.
+LEAST, MOST = -1.0, 0.9
 
 
 def deviations(points: Array, values: Array, around: Array) -> Array:
@@ -94,16 +94,25 @@ def exponents(t: Array, values: Array) -> Array:
     >>> exponents(t, np.stack([np.sqrt(t), np.log(t), np.exp(t), np.cos(9 * t)])).round(1) + 0
     array([0.5, 0. , nan, nan])
     """
-    slopes = np.diff(values[:, 1:]) / np.diff(t[1:])
-    one_sign = (np.sign(slopes) == np.sign(slopes[:, :1])).all(axis=1) & (slopes != 0).all(axis=1)
-    logs = np.log(np.abs(np.where(one_sign[:, None], slopes, 1)))
-    places = np.log((t[2:] + t[1:-1]) / 2)
-    places = places - places.mean()
-    logs = logs - logs.mean(axis=1, keepdims=True)
-    rate = logs @ places / (places @ places)
-    off = np.sqrt(np.square(logs - rate[:, None] * places).mean(axis=1))
-    found: Array = np.where(one_sign & (off <= STRAIGHT) & (rate + 1 <= MOST), np.maximum(rate + 1, LEAST), np.nan)
+    beta, off = powers_of_slopes(t[1:], values[:, 1:])
+    found: Array = np.where((off <= STRAIGHT) & (beta >= LEAST) & (beta <= MOST), beta, np.nan)
     return found
+
+
+def powers_of_slopes(t: Array, values: Array) -> tuple[Array, Array]:
+    """The exponents β for which slopes fall off as t^(β − 1), and how far their logarithms are from that line.
+
+    From values (..., m) at t (..., m), ascending: (...), root mean squares. NaN where slopes differ in sign.
+    """
+    slopes = np.diff(values) / np.diff(t)
+    one_sign = (np.sign(slopes) == np.sign(slopes[..., :1])).all(axis=-1) & (slopes != 0).all(axis=-1)
+    logs = np.log(np.abs(np.where(one_sign[..., None], slopes, 1)))
+    places = np.log((t[..., 1:] + t[..., :-1]) / 2)
+    places = places - places.mean(axis=-1, keepdims=True)
+    logs = logs - logs.mean(axis=-1, keepdims=True)
+    rate = (logs * places).sum(axis=-1) / np.square(places).sum(axis=-1)
+    off = np.sqrt(np.square(logs - rate[..., None] * places).mean(axis=-1))
+    return np.where(one_sign, rate + 1, np.nan), np.where(one_sign, off, np.nan)
 
 
 def _deviation(beta: Array, t: Array, missed: Array) -> Array:
@@ -113,18 +122,29 @@ def _deviation(beta: Array, t: Array, missed: Array) -> Array:
     """
     known = ~np.isnan(beta)
     beta = np.where(known, beta, 1.0)
-    curve = _power(t, beta)
+    curve = power(t, beta)
     of_missed, of_curve = _differences(t, missed), _differences(t, curve)
     amount = np.divide(of_missed[1], of_curve[1], out=np.zeros(len(beta)), where=known)
     bent = -1 / (1 + beta) - curve[:, 0] - (0.5 - t[0]) * of_curve[0]
     return np.where(known, (0.5 - t[0]) * of_missed[0] + amount * bent, 0.0)
 
 
-def _power(t: Array, beta: Array) -> Array:
-    """(t^β − 1)/β, and log t at β = 0: (fields, m); its mean over [0, 1] is −1/(1 + β)."""
-    beta = np.where(np.abs(beta) < 1e-6, 1e-6, beta)[:, None]
+def power(t: Array, beta: Array) -> Array:
+    """(t^β − 1)/β, and log t at β = 0: (fields, m) at t (m,) or (fields, m); its mean over [0, 1] is −1/(1 + β)."""
+    beta = _apart_from_0(beta)[:, None]
     powers: Array = np.expm1(beta * np.log(t)) / beta
     return powers
+
+
+def antiderivative(t: float, beta: Array) -> Array:
+    """The integral of :func:`power` from 0 to t: (fields,)."""
+    beta = _apart_from_0(beta)
+    found: Array = (t ** (1 + beta) / (1 + beta) - t) / beta
+    return found
+
+
+def _apart_from_0(beta: Array) -> Array:
+    return np.where(np.abs(beta) < 1e-6, 1e-6, beta)
 
 
 def _differences(t: Array, values: Array) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import ndtri, stdtrit
 
 from .._support.arrays import Array, Indices
+from .cusps import of_cusps
 from .ends import at_faces, deviations
 
 #: The level at which intervals of several kinds are compared.
@@ -22,10 +23,17 @@ LEVEL = 0.975
 NORMAL = float(ndtri(LEVEL))
 
 #: What the squared correction of a stratum at an end of the line counts at least: there the parabola is extrapolated.
-OF_ENDS = 0.25
+OF_ENDS = 0.2
 
-#: How many times half an interval is what curves with the exponents of the ends leave of the means there, at least.
+#: How many times half an interval is what curves with the exponents of ends leave of the means there, at least.
 OF_CURVES = 1.5
+
+#: Factor of the standard error by what differs within strata where it rests on a single one, and on so many.
+OF_ONE, OF_MANY, MANY = 0.88, 0.95, 20
+
+#: How many degrees of freedom the variance of a stratum inside the line counts for, against that of one at an end, and
+#: how many each degree after the first: they are not independent.
+INSIDE, OF_OTHERS = 1.5, 0.45
 
 #: The least part of the variance that is believed to be left where corrections follow a coordinate.
 LEAST_SPREAD = 0.05
@@ -40,6 +48,11 @@ class ErrorBar:
 
     error: Array
     degrees_of_freedom: Array
+
+    def with_equal_freedom(self) -> tuple[Array, float]:
+        """Standard errors that keep the 95 % intervals with the fewest degrees of freedom of any field, and these."""
+        fewest = float(self.degrees_of_freedom.min(initial=np.inf))
+        return self.error * (stdtrit(self.degrees_of_freedom, LEVEL) / stdtrit(fewest, LEVEL)), fewest
 
 
 def of_corrections(residuals: Array, scale: float = 1.0) -> ErrorBar:
@@ -67,19 +80,25 @@ def on_line(points: Array, values: Array, residuals: Array, around: Array, refer
 
     Notes
     -----
-    V_i is the variance over S_i of the parabola through what P_i misses of its three nearest samples. Where the order
-    has adapted to the integrand, so that corrections are far smaller than those of a fixed order, each is one of many
-    tries and counts for more degrees of freedom.
+    V_i is the variance over S_i of the parabola through what P_i misses of its three nearest samples, and Δ_i their
+    second difference, whose mean square is six times the variance of misses that are independent. The parabola is right
+    where what is missed is smooth, and Δ where it is rough; where both exceed the correction, that counts. Where the
+    order has adapted to the integrand, so that corrections are far smaller than those of a fixed order, each is one of
+    many tries and counts for more degrees of freedom.
     """
     n = len(points)
-    variances = _variances_of_parabolas(points, around)
-    variances[:, [0, -1]] = np.maximum(variances[:, [0, -1]], OF_ENDS * np.square(residuals[:, [0, -1]]))
-    adapted = _adapted(_neighbours_on_line(np.square(residuals)), _neighbours_on_line(np.square(reference)))
-    freedom = 1 + 0.5 * np.maximum(_effective(variances, 1 + 4 * adapted**6) - 1, 0)
     squares = np.square(residuals)
-    plain = (0.75 + 0.15 * np.minimum(1, _effective(squares) / 40)) * np.sqrt(squares.sum(axis=-1))
-    ends = OF_CURVES / NORMAL * deviations(points, values, around).sum(axis=-1)
-    return _widest([plain / n, ends / n], np.sqrt(variances.sum(axis=-1)) / n, freedom)
+    variances = _variances_of_parabolas(points, around)
+    seconds = np.square(around[..., 0] - 2 * around[..., 1] + around[..., 2])
+    either = np.minimum(variances + seconds / 6, squares)
+    variances[:, [0, -1]] = np.maximum(variances[:, [0, -1]], OF_ENDS * squares[:, [0, -1]])
+    adapted = _adapted(_neighbours_on_line(squares), _neighbours_on_line(np.square(reference)))
+    each = (1 + 4 * adapted**6) * np.where((np.arange(n) == 0) | (np.arange(n) == n - 1), 1, INSIDE)
+    freedom = 1 + OF_OTHERS * np.maximum(_effective(variances, each) - 1, 0)
+    factor = OF_ONE + (OF_MANY - OF_ONE) * np.minimum(1, _effective(either) / MANY)
+    curves = OF_CURVES / NORMAL * deviations(points, values, around).sum(axis=-1)
+    plain = [factor * np.sqrt(either.sum(axis=-1)), curves, np.sqrt(of_cusps(points, values))]
+    return _widest([x / n for x in plain], np.sqrt(variances.sum(axis=-1)) / n, freedom)
 
 
 def in_box(points: Array, strata: tuple[int, ...], colours: Indices, values: Array, residuals: Array) -> ErrorBar:

@@ -90,6 +90,10 @@ class ChosenFit(ResidualFit):
         """As for any fit, with separate weights for each field."""
         return weighted_sums(self.weights, values, epsilon)
 
+    def standard_error(self, estimates: Array) -> tuple[Array, float]:
+        """As for any fit; for a single set, errors that keep each field's 95 % interval."""
+        return spread(estimates) if len(estimates) > 1 else self.bar(self.residuals[0]).with_equal_freedom()
+
 
 @dataclass(frozen=True, eq=False)
 class CrossFit(Fit):

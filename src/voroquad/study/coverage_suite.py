@@ -30,7 +30,8 @@ LEAST = {1: 64, 2: 64, 3: 256, 4: 256, 5: 512, 6: 512}
 
 LEVEL = 0.95
 _REPLICATES_OF_A_UNIT = 20
-_ROUNDING = 2.0**-52  # relative to the integral: a smaller error is none
+_ROUNDING = 2.0**-52  # relative to the integral of |f|: a smaller error is none
+_OF_WAVES = 2 / np.pi  # the integral of |f| for waves, which change sign
 
 
 @dataclass(frozen=True)
@@ -57,7 +58,7 @@ class CoverageCell:
         """The line of the table."""
         half, error = (x.reshape(-1, self.case.integral.size) for x in (self.half, self.error))
         rms = np.sqrt(np.square(error).mean(axis=0))
-        least = _ROUNDING * np.ravel(abs(self.case.integral))
+        least = _ROUNDING * np.maximum(np.ravel(abs(self.case.integral)), _OF_WAVES * (self.case.kind == "wave"))
         missed = self.held == 0
         return {
             "d": self.d,
