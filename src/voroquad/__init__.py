@@ -1,4 +1,4 @@
-"""voroquad: random samples into good quadrature.
+"""voroquad: random samples into accurate quadrature.
 
 Each sample is weighted with the piece of the domain it stands for, without bias.
 

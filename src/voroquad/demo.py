@@ -9,7 +9,7 @@ from pathlib import Path
 from .report.page import live_figure, write_report
 from .study.run import run_study
 
-TITLE = "voroquad: random samples into good quadrature"
+TITLE = "voroquad: random samples into accurate quadrature"
 SCENE = "depth-of-field"
 
 
