@@ -134,6 +134,26 @@ def test_another_call_is_refused_in_one_line(tmp_path, changed, message):
     assert "\n" not in str(caught.value)
 
 
+@pytest.mark.parametrize(
+    ("refused", "error"),
+    [
+        ({"method": "pilot", "n_points": 3}, ValueError),
+        ({"method": "nonsense"}, ValueError),
+        ({"workers": 2, "func": lambda x: x[0]}, ValueError),
+        ({"func": 3}, TypeError),
+        ({"adapt": True, "n_points": 10}, ValueError),
+    ],
+)
+def test_a_call_that_is_refused_leaves_no_trace(tmp_path, refused, error):
+    """The store belongs to the first call that evaluates func, not to one with a wrong argument."""
+    call = {"func": sine, "a": 0, "b": 1, "n_points": 64, "rng": 1, "store": tmp_path / "store"}
+    with pytest.raises(error):
+        vq.quad(**(call | refused))
+    assert not (tmp_path / "store").exists()
+    vq.quad(**call)
+    assert (tmp_path / "store/batch-000000").exists()
+
+
 def sine(x: np.ndarray, k: float = 1) -> np.ndarray:
     return np.sin(k * x[0])
 

@@ -47,18 +47,25 @@ class Store:
         Raises ValueError if the folder holds units of other settings, or something else, and OSError if it cannot be
         read or written.
         """
-        key = json.loads(json.dumps(key | {"format": _FORMAT}))
-        known = self._settings()
+        if self.check(key):
+            return
+        known = _as_kept(key) | {"store": uuid.uuid4().hex}
+        with self._told():
+            zarr.create_group(self.url, attributes=known, zarr_format=3)
+        self._token = str(known["store"])
+
+    def check(self, key: dict[str, Any]) -> bool:
+        """Whether units of a run with these settings are kept, by looking only; errors as in :meth:`begin`."""
+        known, key = self._settings(), _as_kept(key)
         if known is None:
-            known = key | {"store": uuid.uuid4().hex}
-            with self._told():
-                zarr.create_group(self.url, attributes=known, zarr_format=3)
+            return False
         self._token = str(known.pop("store"))
         if other := sorted(name for name in known.keys() | key.keys() if known.get(name) != key.get(name)):
             what = "; ".join(f"{name} is {key.get(name)!r}, was {known.get(name)!r}" for name in other)
             raise ValueError(
                 f"{self.url} keeps units of another run ({what}); give the same options or name another store"
             )
+        return True
 
     def _settings(self) -> dict[str, Any] | None:
         """The settings of the run whose units are kept; None if there are none yet."""
@@ -155,6 +162,12 @@ class Store:
         """Delete all that is kept, if anything is."""
         if self._files.exists(self._path):
             self._files.rm(self._path, recursive=True)
+
+
+def _as_kept(key: dict[str, Any]) -> dict[str, Any]:
+    """Settings as JSON gives them back."""
+    kept: dict[str, Any] = json.loads(json.dumps(key | {"format": _FORMAT}))
+    return kept
 
 
 @lru_cache(maxsize=64)

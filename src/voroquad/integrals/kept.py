@@ -37,11 +37,13 @@ class KeptEvaluations:
     Parameters
     ----------
     store : Store
-        That has begun.
+        It begins with the first batch, so a call that is refused before leaves no trace.
+    key : dict
+        The settings of the call.
     """
 
-    def __init__(self, store: Store):
-        self.store, self._next = store, 0
+    def __init__(self, store: Store, key: dict[str, Any]):
+        self.store, self._key, self._next = store, key, 0
 
     @classmethod
     def of(cls, url: str | os.PathLike[str], settings: Mapping[str, Any]) -> KeptEvaluations:
@@ -50,13 +52,16 @@ class KeptEvaluations:
 
         store = Store(os.fspath(url))
         key = {name: _told(_as_float(value) if name in NUMBERS else value) for name, value in settings.items()}
-        store.begin(key | {"func": _name_of(settings["func"]), "evaluations": FORMAT})
-        return cls(store)
+        key |= {"func": _name_of(settings["func"]), "evaluations": FORMAT}
+        store.check(key)
+        return cls(store, key)
 
     def completed(
         self, pieces: list[NDArray[Any]], evaluate: Callable[[list[NDArray[Any]]], Iterator[Answer]]
     ) -> Iterator[Answer]:
         """The answers for pieces (d, m): those that are kept, and the others as they are evaluated, then kept."""
+        if self._next == 0:
+            self.store.begin(self._key)
         numbers = range(self._next, self._next + len(pieces))
         self._next = numbers.stop
         known = [self._read(k, x) for k, x in zip(numbers, pieces, strict=True)]
