@@ -127,7 +127,7 @@ def test_the_estimate_is_its_definition():
             estimate += some.weights(k, np.array([c]))[0] @ f[0, i] / 49
             expected = residuals[choice.chosen[0, i, c]][i, group == c]
             np.testing.assert_allclose(choice.residuals[0, i, group == c], expected)
-        assert estimate == pytest.approx(choice.weights[0, i] @ f[0, i], abs=1e-13)
+        assert estimate == pytest.approx(choice.weights[0, i] @ f[0, i], abs=1e-11)  # some fits are ill-conditioned
 
 
 class Constants:

@@ -37,8 +37,9 @@ class _OneThread:
             try:
                 if self._inside == 1:
                     self._before = [library.get_num_threads() for library in _process_wide()]
-                    for library in _process_wide():
-                        _set(library, 1)
+                    for library, before in zip(_process_wide(), self._before, strict=True):
+                        if before != 1:
+                            _set(library, 1)
             except BaseException:  # Ctrl-C, after which nobody leaves
                 self._leave()
                 raise
@@ -69,7 +70,7 @@ class _OneThread:
 
     def _restore(self) -> None:
         for library, before in zip(_process_wide(), self._before, strict=True):
-            if library.get_num_threads() == 1:
+            if before != 1 and library.get_num_threads() == 1:
                 _set(library, before)
 
 
@@ -119,7 +120,10 @@ def one_blas_thread(function: Callable[P, R]) -> Callable[P, R]:
 
     @functools.wraps(function)
     def limited(*args: P.args, **named: P.kwargs) -> R:
-        with _one_thread, _per_thread().limit(limits=1):
-            return function(*args, **named)
+        with _one_thread:
+            if not _per_thread().lib_controllers:
+                return function(*args, **named)
+            with _per_thread().limit(limits=1):
+                return function(*args, **named)
 
     return limited

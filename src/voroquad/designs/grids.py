@@ -5,12 +5,14 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 
 import numpy as np
 
 from .._support.arrays import Array, Indices
 
 
+@lru_cache(maxsize=256)
 def grid_shape(n: int, d: int) -> tuple[int, ...]:
     """Numbers of boxes along each axis whose product is n, ascending and as equal as n allows.
 
@@ -50,6 +52,7 @@ def _near_cubic(n: int, d: int) -> tuple[int, ...] | None:
     return min(near, key=lambda shape: shape[-1] / shape[0], default=None)
 
 
+@lru_cache(maxsize=256)
 def largest_grid(n: int, d: int) -> tuple[int, ...]:
     """The grid of the most boxes, at most n, whose numbers along the axes differ by at most two.
 

@@ -52,9 +52,9 @@ class KeptEvaluations:
 
         store = Store(os.fspath(url))
         key = {name: _told(_as_float(value) if name in NUMBERS else value) for name, value in settings.items()}
-        key |= {"func": _name_of(settings["func"]), "evaluations": FORMAT}
-        store.check(key)
-        return cls(store, key)
+        whole = key | {"func": _name_of(settings["func"]), "evaluations": FORMAT}
+        store.check(whole)
+        return cls(store, whole)
 
     def completed(
         self, pieces: list[NDArray[Any]], evaluate: Callable[[list[NDArray[Any]]], Iterator[Answer]]

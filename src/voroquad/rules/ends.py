@@ -8,6 +8,8 @@ the sample in the stratum leaves of its mean: docs/theory.md, (33).
 
 from __future__ import annotations
 
+from functools import lru_cache
+
 import numpy as np
 
 from .._support.arrays import Array, Indices
@@ -67,20 +69,29 @@ def at_faces(points: Array, strata: tuple[int, ...], colours: Indices, values: A
     values, residuals : ndarray, (fields, n)
         Of the integrands, and what predictions miss of them.
     """
-    index = np.indices(strata).reshape(len(strata), -1)
     total = np.zeros(len(values))
-    for a, k in enumerate(strata):
-        for at, t in ((0, points[:, a] * k), (k - 1, (1 - points[:, a]) * k)):
-            (face,) = np.nonzero(index[a] == at)
-            face = face[np.argsort(t[face])]
+    for a, (k, (low, high)) in enumerate(zip(strata, _faces(strata), strict=True)):
+        for face, from_low in ((low, True), (high, False)):
             if len(face) < FEWEST:
                 continue
-            beta = exponents(t[face], values[:, face])
+            across = points[face, a]
+            t = across * k if from_low else (1 - across) * k
+            order = np.argsort(t)
+            face, t = face[order], t[order]
+            beta = exponents(t, values[:, face])
             if not np.isnan(beta).all():
-                alike = (face[colours[face] == c] for c in np.unique(colours[face]))
-                parts = (_deviation(beta, len(i) * t[i[:3]], residuals[:, i[:3]]) for i in alike if len(i) >= 3)
+                of_face = colours[face]
+                alike = (np.flatnonzero(of_face == c) for c in np.unique(of_face))
+                parts = (_deviation(beta, len(i) * t[i[:3]], residuals[:, face[i[:3]]]) for i in alike if len(i) >= 3)
                 total += np.abs(sum(parts, np.zeros(len(values))))
     return total
+
+
+@lru_cache(maxsize=32)
+def _faces(strata: tuple[int, ...]) -> list[tuple[Indices, Indices]]:
+    """The strata at the two faces across each axis."""
+    index = np.indices(strata).reshape(len(strata), -1)
+    return [(np.flatnonzero(i == 0), np.flatnonzero(i == k - 1)) for i, k in zip(index, strata, strict=True)]
 
 
 def exponents(t: Array, values: Array) -> Array:
@@ -106,6 +117,8 @@ def powers_of_slopes(t: Array, values: Array) -> tuple[Array, Array]:
     """
     slopes = np.diff(values) / np.diff(t)
     one_sign = (np.sign(slopes) == np.sign(slopes[..., :1])).all(axis=-1) & (slopes != 0).all(axis=-1)
+    if not one_sign.any():
+        return np.full(one_sign.shape, np.nan), np.full(one_sign.shape, np.nan)
     logs = np.log(np.abs(np.where(one_sign[..., None], slopes, 1)))
     places = np.log((t[..., 1:] + t[..., :-1]) / 2)
     places = places - places.mean(axis=-1, keepdims=True)

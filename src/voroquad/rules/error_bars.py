@@ -10,6 +10,7 @@ widest of several, and Student's t distribution makes up for the few corrections
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from scipy.special import ndtri, stdtrit
@@ -181,17 +182,48 @@ def _spread(points: Array, strata: tuple[int, ...], colours: Indices, residuals:
     linear trend leaves, and that of independent corrections. Over all strata with the same index along the axis it is
     compared with what the squares of the corrections make of it. Of the axes that which leaves least counts.
     """
-    index = np.indices(strata).reshape(len(strata), -1)
     left = np.ones_like(residuals)
-    for a, k in enumerate(strata):
-        slab = colours * k + index[a]
-        order = np.lexsort((points[:, a] * k, slab))
-        within = (slab[order][2:] == slab[order][:-2]).astype(np.float64)
-        r, row = residuals[:, order], index[a][order]
-        seconds = np.square(r[:, :-2] - 2 * r[:, 1:-1] + r[:, 2:]) * within
-        of_each = np.convolve(within, [1.0, 4.0, 1.0])  # how often, squared, a correction is in a second difference
-        by_row = (row == np.arange(k)[:, None]).astype(np.float64)
-        found, expected = seconds @ by_row[:, 1:-1].T, (np.square(r) * of_each) @ by_row.T
+    slabs = _Slabs.along_axes(strata, colours.tobytes())
+    for x, k, of in zip(points.T, strata, slabs, strict=True):
+        r = residuals[:, np.lexsort((x * k, of.slab))]
+        seconds = np.square(r[:, :-2] - 2 * r[:, 1:-1] + r[:, 2:]) * of.within
+        found, expected = seconds @ of.by_row[:, 1:-1].T, (np.square(r) * of.of_each) @ of.by_row.T
         part = np.divide(found, expected, out=np.ones_like(found), where=expected > 0)
-        left = np.minimum(left, np.clip(part, LEAST_SPREAD, 1)[:, index[a]])
+        left = np.minimum(left, np.clip(part, LEAST_SPREAD, 1)[:, of.row])
     return left
+
+
+@dataclass(frozen=True)
+class _Slabs:
+    """The strata of each colour with the same index along an axis: what does not depend on where samples lie in them.
+
+    Attributes
+    ----------
+    slab, row : ndarray, (n,)
+        The number of the slab, and the index along the axis.
+    within : ndarray, (n − 2,)
+        1 where three successive strata, slab by slab, are of one slab, else 0.
+    of_each : ndarray, (n,)
+        How often, squared, a correction is in a second difference, slab by slab.
+    by_row : ndarray, (rows, n)
+        1 where a stratum has an index, slab by slab.
+    """
+
+    slab: Indices
+    row: Indices
+    within: Array
+    of_each: Array
+    by_row: Array
+
+    @classmethod
+    @lru_cache(maxsize=16)
+    def along_axes(cls, strata: tuple[int, ...], colours: bytes) -> list[_Slabs]:
+        """Those along each axis, with the bytes of the colours (n,)."""
+        found = []
+        for k, row in zip(strata, np.indices(strata).reshape(len(strata), -1), strict=True):
+            slab = np.frombuffer(colours, dtype=np.intp) * k + row
+            order = np.argsort(slab, kind="stable")
+            within = (slab[order][2:] == slab[order][:-2]).astype(np.float64)
+            by_row = (row[order] == np.arange(k)[:, None]).astype(np.float64)
+            found.append(cls(slab, row, within, np.convolve(within, [1.0, 4.0, 1.0]), by_row))
+        return found

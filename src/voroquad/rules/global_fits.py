@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg.blas import dtrsm
@@ -21,6 +22,7 @@ from .polynomials import Intervals, at_points, over_boxes, powers_up_to
 SAMPLES_PER_TERM = (32, 16, 10, 7, 5, 3.7)
 
 
+@lru_cache(maxsize=64)
 def degrees(n: int, d: int) -> tuple[int, ...]:
     """The degrees to try with n samples in d dimensions: those with at least so many samples per term.
 
@@ -83,14 +85,18 @@ class GlobalFits:
         """
         by_group = self._groups.pick(values.T)
         sums = self._by_group.mT @ by_group
-        total, squares = sums.sum(axis=0), np.empty((*pairs.shape, len(self._counts), len(values)))
+        right = sums.sum(axis=0) - sums[pairs].sum(axis=1)
+        lefts = (self._whole - self._grams[pairs[:, 0]]) - self._grams[pairs[:, 1]]
+        shape = (len(self._counts), len(values))
+        squares = np.empty((*pairs.shape, *shape))
         for one, pair in enumerate(pairs):
-            factor, known = self._factor(pair, self._counts[-1])
-            fits = self._solve(factor, total - sums[pair].sum(axis=0), self._has)
+            factor, known = _factor(lefts[one])
+            fits = _solve(factor, right[one], self._has)
             for side, c in enumerate(pair):
-                missed = by_group[c][:, None] - (self._by_group[c] @ fits).reshape(-1, *squares.shape[2:])
-                squares[one, side] = np.square(missed).sum(axis=0)
-            squares[one][:, self._counts > known] = np.inf
+                missed = by_group[c][:, None] - (self._by_group[c] @ fits).reshape(-1, *shape)
+                np.add.reduce(np.square(missed, out=missed), axis=0, out=squares[one, side])
+            if known < self._counts[-1]:
+                squares[one][:, self._counts > known] = np.inf
         return np.moveaxis(squares, (2, 3), (0, 1))
 
     def residuals(self, which: int, groups: Indices, values: Array) -> Array:
@@ -117,28 +123,28 @@ class GlobalFits:
     def _fit_alone(self, group: int, terms: int, right: Array) -> Array:
         """S⁻¹ times right-hand sides (terms, fields), without one group."""
         if (group, terms) not in self._alone:
-            self._alone[group, terms] = self._factor(np.array([group]), terms)[0]
-        return self._solve(self._alone[group, terms], right, np.ones((terms, 1, 1)))
+            self._alone[group, terms] = _factor(self._whole[:terms, :terms] - self._grams[group, :terms, :terms])[0]
+        return _solve(self._alone[group, terms], right)
 
-    def _factor(self, groups: Indices, terms: int) -> tuple[Array, int]:
-        """The Cholesky factor of S for the first terms, without some groups, and how many the others determine."""
-        left = self._whole[:terms, :terms].copy()
-        for c in groups:
-            left -= self._grams[c, :terms, :terms]
-        factor, failed = dpotrf(left.T, lower=1, overwrite_a=1)
-        if not failed:
-            return factor, terms
-        known = failed - 1  # the other rows are not used
-        factor[known:], factor[np.arange(known, terms), np.arange(known, terms)] = 0, 1
-        return factor, known
 
-    @staticmethod
-    def _solve(factor: Array, right: Array, has: Array) -> Array:
-        """S⁻¹ times right-hand sides (terms, fields) for each degree that has some terms: (terms, degrees · fields)."""
-        z, _ = dtrtrs(factor, right, lower=1)
-        by_degree = z[:, None] * has  # the leading block of the factor solves a lower degree
-        solved, _ = dtrtrs(factor, by_degree.reshape(len(z), -1), lower=1, trans=1)
-        return np.asarray(solved)
+def _factor(left: Array) -> tuple[Array, int]:
+    """The Cholesky factor of S, which is overwritten, and how many of the terms it determines."""
+    factor, failed = dpotrf(left.T, lower=1, overwrite_a=1)
+    if not failed:
+        return factor, len(left)
+    known = failed - 1  # the other rows are not used
+    factor[known:], factor[np.arange(known, len(left)), np.arange(known, len(left))] = 0, 1
+    return factor, known
+
+
+def _solve(factor: Array, right: Array, has: Array | None = None) -> Array:
+    """S⁻¹ times right-hand sides (terms, fields), for each degree that has some terms: (terms, degrees · fields)."""
+    solved: Array
+    z, _ = dtrtrs(factor, right, lower=1)
+    if has is not None:
+        z = (z[:, None] * has).reshape(len(z), -1)  # the leading block of the factor solves a lower degree
+    solved, _ = dtrtrs(factor, z, lower=1, trans=1)
+    return solved
 
 
 def _orthonormal(terms: Array, measures: Array) -> tuple[Array, Array]:

@@ -187,8 +187,9 @@ def _invert_covariance(points: Array, assumed: Model, threads: int, inverse: Arr
         rows = slice(first, first + _SIDE)
         inverse[rows, :first] = lower[rows, :first]
         inverse[:first, rows] = lower[rows, :first].T
-        block = np.tril(lower[rows, rows])
-        inverse[rows, rows] = block + np.tril(block, -1).T
+        block = lower[rows, rows]  # 0 above the diagonal
+        inverse[rows, rows] = block + block.T
+        inverse.flat[first * (len(points) + 1) : rows.stop * (len(points) + 1) : len(points) + 1] = block.diagonal()
 
 
 def _groups_of_equal_size(group: Indices) -> Iterator[Indices]:

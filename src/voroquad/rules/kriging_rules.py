@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from numpy.typing import NDArray
 
 from .._support.arrays import Array, Indices
 from .._support.blas import one_blas_thread
+from .groups import Groups
 from .kriging import Kriging, Measures, Model, model
 from .polynomials import Intervals
 
@@ -110,16 +112,26 @@ def predicting(strata: tuple[int, ...]) -> Indices:
     return np.sort(numbers[first])
 
 
-def strata_in_colours(strata: tuple[int, ...], period: int) -> tuple[Indices, list[Intervals]]:
+@lru_cache(maxsize=16)
+def strata_in_colours(strata: tuple[int, ...], period: int) -> tuple[Indices, tuple[Intervals, ...]]:
     """The colour (n,) of each stratum, and the distributions of the samples, by colour.
 
     Colours are the indices modulo the period; without one, each stratum has its own.
     """
     parts = [period or k for k in strata]
     along = [np.arange(k) for k in strata]
-    axes = [Intervals(i / k, (i + 1) / k, i % q, q) for i, k, q in zip(along, strata, parts, strict=True)]
+    axes = tuple(Intervals(i / k, (i + 1) / k, i % q, q) for i, k, q in zip(along, strata, parts, strict=True))
     grid = np.meshgrid(*(axis.part for axis in axes), indexing="ij")
-    return np.ravel_multi_index(tuple(part.ravel() for part in grid), parts), axes
+    colours = np.ravel_multi_index(tuple(part.ravel() for part in grid), parts)
+    colours.flags.writeable = False  # it is remembered
+    return colours, axes
+
+
+@lru_cache(maxsize=16)
+def colour_groups(strata: tuple[int, ...], period: int) -> Groups:
+    """The strata of each colour."""
+    colours, _ = strata_in_colours(strata, period)
+    return Groups.of(colours, colours.max() + 1)
 
 
 def _pieces(points: NDArray[Any]) -> list[NDArray[Any]]:

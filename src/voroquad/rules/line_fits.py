@@ -11,8 +11,10 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._support.arrays import Array, Indices
 from .polynomials import legendre, legendre_means
@@ -35,6 +37,9 @@ REFERENCE = 4
 
 #: Strata that are fitted together.
 TOGETHER = 4096
+
+#: Strata, at most, whose blocks are remembered from one set to the next.
+MOST_KNOWN = 4096
 
 
 @dataclass(frozen=True)
@@ -101,31 +106,80 @@ def _batches(n: int) -> Iterator[slice]:
     return (slice(first, min(first + TOGETHER, n)) for first in range(0, n, TOGETHER))
 
 
+@dataclass(frozen=True)
+class _Blocks:
+    """The blocks of some strata i (m,) of n, for an order: what does not depend on where samples lie in them.
+
+    Attributes
+    ----------
+    first : ndarray, (m, 1)
+        The first stratum of each block.
+    half : int
+        Its half-width.
+    block : ndarray, (m, others)
+        All strata of the block but i.
+    judges : ndarray, (m, others)
+        Which of them judge a fit.
+    means : ndarray, (m, terms, 1)
+        Means of the polynomials over the strata.
+    at : ndarray, (m, 3)
+        Where the strata nearest to i are among those of the block, followed by i.
+    """
+
+    n: int
+    first: Indices
+    half: int
+    block: Indices
+    judges: NDArray[np.bool_]
+    means: Array
+    at: Indices
+
+    @classmethod
+    def of(cls, order: int, n: int, start: int, stop: int) -> _Blocks:
+        """Those of strata from start to stop; those of few strata are remembered."""
+        return _known_blocks(order, n, start, stop) if n <= MOST_KNOWN else cls.found(order, n, start, stop)
+
+    @classmethod
+    def found(cls, order: int, n: int, start: int, stop: int) -> _Blocks:
+        """The same."""
+        m, i = HALF_WIDTHS[order], np.arange(start, stop)
+        first = np.clip(i - m, 0, n - 2 * m - 1)
+        block = first[:, None] + np.arange(2 * m)
+        block += block >= i[:, None]
+        low, high = (_place(n * (end[:, None] / n), first[:, None], m) for end in (i, i + 1))
+        centre = np.clip(i, 1, n - 2)[:, None] + np.arange(-1, 2)
+        at = (np.concatenate([block, i[:, None]], axis=-1)[:, :, None] == centre[:, None, :]).argmax(axis=1)
+        means = legendre_means(low[:, 0], high[:, 0], order)[..., None]
+        return cls(n, first[:, None], m, block, abs(block - i[:, None]) <= JUDGES, means, at)
+
+    def place(self, x: Array) -> Array:
+        """Coordinates on the blocks, from −1 to 1, of x (m, ...) in the unit interval."""
+        return _place(self.n * x, self.first, self.half)
+
+
+def _place(t: Array, first: Indices, half: int) -> Array:
+    return (t - first - half - 0.5) / (half + 0.5)
+
+
+@lru_cache(maxsize=24)
+def _known_blocks(order: int, n: int, start: int, stop: int) -> _Blocks:
+    return _Blocks.found(order, n, start, stop)
+
+
 def _fit(order: int, points: Array, values: Array, strata: slice) -> _Fit:
     """Fit polynomials of an order for some strata of one set: points (n,), values (fields, n)."""
-    n, m = len(points), HALF_WIDTHS[order]
-    i = np.arange(strata.start, strata.stop)
-    first = np.clip(i - m, 0, n - 2 * m - 1)
-    block = first[:, None] + np.arange(2 * m)
-    block += block >= i[:, None]  # all strata of the block but i
-
-    def place(x: Array) -> Array:
-        """Coordinates on the block, from −1 to 1."""
-        return (n * x - first[:, None] - m - 0.5) / (m + 0.5)
-
+    n, i = len(points), np.arange(strata.start, strata.stop)
+    blocks = _Blocks.of(order, n, strata.start, strata.stop)
+    place, block, at = blocks.place, blocks.block, blocks.at
     q, r = np.linalg.qr(legendre(place(points[block]), order))
     f = values[:, block]
     coefficients = np.einsum("imt,fim->fit", q, f)
     own = np.linalg.solve(r.mT, legendre(place(points[i, None]), order).mT)[..., 0]
-    low, high = place(i[:, None] / n), place((i[:, None] + 1) / n)
-    mean = np.linalg.solve(r.mT, legendre_means(low[:, 0], high[:, 0], order)[..., None])[..., 0]
+    mean = np.linalg.solve(r.mT, blocks.means)[..., 0]
     missed = f - np.einsum("imt,fit->fim", q, coefficients)
     residuals = values[:, i] - np.einsum("it,fit->fi", own, coefficients)
-    judges = abs(block - i[:, None]) <= JUDGES
     left_out = missed / (1 - np.square(q).sum(axis=-1))
-    scores = (np.square(left_out) * judges).sum(axis=-1) / judges.sum(axis=-1)
+    scores = (np.square(left_out) * blocks.judges).sum(axis=-1) / blocks.judges.sum(axis=-1)
     whole = np.concatenate([missed, residuals[..., None]], axis=-1)
-    centre = np.clip(i, 1, n - 2)[:, None] + np.arange(-1, 2)
-    at = (np.concatenate([block, i[:, None]], axis=-1)[:, :, None] == centre[:, None, :]).argmax(axis=1)
     around = np.take_along_axis(whole, np.broadcast_to(at, (len(values), *at.shape)), axis=-1)
     return _Fit(scores, residuals, around, block, np.einsum("it,imt->im", mean - own, q))

@@ -19,8 +19,7 @@ import numpy as np
 from .._support.arrays import Array, Indices
 from .._support.blas import one_blas_thread
 from .global_fits import GlobalFits, degrees
-from .groups import Groups
-from .kriging_rules import strata_in_colours
+from .kriging_rules import colour_groups, strata_in_colours
 from .tiled_kriging import TiledKriging
 
 #: Kriging is left where another model has less than this part of its squared error. What gains little may be luck.
@@ -87,7 +86,7 @@ def choose_in_strata(points: Array, strata: tuple[int, ...], period: int, values
     """
     n, d = points.shape[1:]
     group, axes = strata_in_colours(strata, period)
-    groups = Groups.of(group, group.max() + 1)
+    groups = colour_groups(strata, period)
     tried = degrees(n, d)
     weights, residuals = np.empty_like(values), np.empty_like(values)
     chosen = np.empty((*values.shape[:2], len(groups.members)), dtype=np.intp)
@@ -125,12 +124,12 @@ def scores(squares: Array, pairs: Indices, count: int) -> Array:
 
     From the squared errors (models, fields, pairs, 2) of pairs (c, e). What cannot be predicted scores infinity.
     """
-    judged = np.zeros((*squares.shape[:2], count))
-    for one, (c, e) in enumerate(pairs):
-        judged[..., c] += squares[..., one, 1]
-        judged[..., e] += squares[..., one, 0]
+    judged = np.zeros((count, *squares.shape[:2]))
+    for (c, e), of_c, of_e in zip(pairs.tolist(), *np.moveaxis(squares, (3, 2), (0, 1)), strict=True):
+        judged[c] += of_e
+        judged[e] += of_c
     judged[np.isnan(judged)] = np.inf
-    return judged
+    return np.moveaxis(judged, 0, -1)
 
 
 @lru_cache(maxsize=64)

@@ -3,25 +3,29 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache, reduce
+from functools import cached_property, lru_cache, reduce
 
 import numpy as np
 
 from .._support.arrays import Array, Indices
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Intervals:
-    """Uniform distributions on intervals [low_i, high_i] of an axis (m,); those of a part are added up."""
+    """Uniform distributions on intervals [low_i, high_i] of an axis (m,); those of a part are added up.
+
+    They compare by identity, so that what depends on them alone can be remembered.
+    """
 
     low: Array
     high: Array
     part: Indices
     parts: int
 
-    @property
+    @cached_property
     def share(self) -> Array:
         """1 where an interval belongs to a part (parts, m), else 0."""
         return (np.arange(self.parts)[:, None] == self.part).astype(np.float64)
@@ -43,7 +47,14 @@ def at_points(points: Array, powers: Indices) -> Array:
 
 def over_boxes(axes: Sequence[Intervals], powers: Indices) -> Array:
     """Their integrals (measures, terms) over all products of one part of each axis, in C order of the parts."""
-    degree, integrals = int(powers.max(initial=0)), np.ones((1, len(powers)))
+    # In the order in memory of what is remembered, on which the bits of products depend
+    return _over_boxes(tuple(axes), int(powers.max(initial=0))).copy(order="K")
+
+
+@lru_cache(maxsize=16)
+def _over_boxes(axes: tuple[Intervals, ...], degree: int) -> Array:
+    powers = powers_up_to(degree, len(axes))
+    integrals = np.ones((1, len(powers)))
     for a, axis in enumerate(axes):
         along = axis.share @ legendre_means(2 * axis.low - 1, 2 * axis.high - 1, degree)
         integrals = (integrals[:, None] * along[:, powers[:, a]]).reshape(-1, len(powers))
@@ -55,7 +66,10 @@ def legendre(t: Array, degree: int) -> Array:
     values = [np.ones_like(t), t]
     for k in range(1, degree):
         values.append(((2 * k + 1) * t * values[k] - k * values[k - 1]) / (k + 1))
-    return np.stack([np.sqrt(2.0 * k + 1) * p for k, p in enumerate(values[: degree + 1])], axis=-1)
+    found = np.empty((*t.shape, degree + 1))
+    for k, p in enumerate(values[: degree + 1]):
+        np.multiply(math.sqrt(2.0 * k + 1), p, out=found[..., k])
+    return found
 
 
 def legendre_means(low: Array, high: Array, degree: int) -> Array:

@@ -36,7 +36,7 @@ public:
                 row(x.data(), i + 1, sum.data(), k + i * n_);
             }
         };
-        parallel_for(n_, 32, threads, fill, pause);
+        parallel_for(n_, 32, n_ * n_ * d_ < worth_threads ? 1 : threads, fill, pause);
         mirror(k);
     }
 
@@ -55,6 +55,8 @@ public:
     }
 
 private:
+    // Factors of a matrix below which starting threads takes longer than they save
+    static constexpr std::size_t worth_threads = std::size_t{1} << 17;
     // Axes whose polynomials are multiplied before their exponentials: the product of all could
     // overflow.
     static constexpr std::size_t axes_at_once = 16;
