@@ -7,6 +7,7 @@ void bind_boundary_control(nanobind::module_ &m);
 void bind_local_fit(nanobind::module_ &m);
 void bind_kriging(nanobind::module_ &m);
 void bind_pilot(nanobind::module_ &m);
+void bind_legendre_terms(nanobind::module_ &m);
 
 #if defined(__x86_64__) && defined(__GNUC__)
 #include <cpuid.h>
@@ -48,4 +49,5 @@ VOROQUAD_BIND(VOROQUAD_MODULE, m) {
     bind_local_fit(m);
     bind_kriging(m);
     bind_pilot(m);
+    bind_legendre_terms(m);
 }

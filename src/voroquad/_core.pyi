@@ -326,4 +326,40 @@ class PilotRule3:
     @property
     def largest(self) -> NDArray[numpy.float64]: ...
 
+class SobolNet:
+    def __init__(
+        self,
+        keys: Annotated[
+            NDArray[numpy.uint64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        digits: int,
+    ) -> None: ...
+    def points(self, begin: int, n: int) -> NDArray[numpy.float64]: ...
+
+class LegendreTerms:
+    def __init__(self, d: int, degree: int) -> None: ...
+    def __len__(self) -> int: ...
+    def runs(self) -> NDArray[numpy.uint64]: ...
+    def starts(self) -> NDArray[numpy.uint64]: ...
+    def means(
+        self,
+        points: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        parts: int,
+        threads: int,
+    ) -> NDArray[numpy.float64]: ...
+    def fit(
+        self,
+        points: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        values: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        coefficients: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu"}],
+        tolerance: float,
+        most_steps: int,
+    ) -> NDArray[numpy.float64]: ...
+
 PilotRule: TypeAlias = PilotRule1 | PilotRule2 | PilotRule3

@@ -1,4 +1,4 @@
-"""method="polynomials": Sobol' replicates that polynomials fitted to the others correct."""
+"""method="polynomials": Sobol' replicates that polynomials fitted to others correct."""
 
 from __future__ import annotations
 
@@ -15,7 +15,6 @@ from voroquad.integrals.evaluation import Function
 from voroquad.integrals.integrand import Integrand
 from voroquad.integrals.library import Library
 from voroquad.integrals.regions import Box
-from voroquad.rules.nested_fits import NormalEquations, fits, predicted
 from voroquad.study.genz import instances
 
 
@@ -30,13 +29,18 @@ def test_polynomials_are_exact(d, n):
     r = integrate(lambda x: np.stack([x.sum(axis=0) ** 2, x[0] ** p, 1 + 0 * x[0]]), d, n)
     np.testing.assert_allclose(r.integral, [d / 12 + d * d / 4, 1 / (p + 1), 1], rtol=1e-9)
     assert r.n_evaluations == n
-    assert r.degrees_of_freedom == 7
+    assert r.degrees_of_freedom == 3
+
+
+def test_numbers_of_points_between_powers_of_two_make_more_replicates():
+    r = integrate(lambda x: np.exp(x[0] * x[1]), 4, 3700)
+    assert (r.n_evaluations, r.degrees_of_freedom) == (7 * 512, 6)
 
 
 @pytest.mark.parametrize("n", [64, 128, 255])
 def test_nets_may_be_smaller_than_the_parts_that_judge(n):
     r = integrate(lambda x: x.sum(axis=0), 6, n)
-    assert r.n_evaluations == 1 << (n.bit_length() - 1)
+    assert r.n_evaluations == n // (1 << (n.bit_length() - 3)) * (1 << (n.bit_length() - 3))
     assert abs(r.integral - 3) < 6 * r.standard_error < 0.6
 
 
@@ -68,7 +72,7 @@ def test_components_choose_for_themselves():
         assert both.standard_error[i] == pytest.approx(alone.standard_error, rel=1e-6)
 
 
-def test_batches_change_no_bit_and_points_come_in_blocks(monkeypatch):
+def test_neither_batches_nor_threads_change_a_bit_and_points_come_in_blocks(monkeypatch):
     monkeypatch.setattr(replicates, "MOST_TERMS", 30)
     monkeypatch.setattr(replicates, "POINTS_AT_ONCE", 1024)
     sizes = []
@@ -80,8 +84,12 @@ def test_batches_change_no_bit_and_points_come_in_blocks(monkeypatch):
     whole = integrate(func, 4, 40_000)
     assert max(sizes) == 1024
     assert sum(sizes) == whole.n_evaluations == 32_768
-    assert integrate(func, 4, 40_000, batch=100).integral == whole.integral
+    assert integrate(func, 4, 40_000, batch=100, threads=3).integral == whole.integral
     assert max(sizes[-300:]) == 100
+    # Sums over blocks are those over whole nets up to rounding
+    monkeypatch.setattr(replicates, "POINTS_AT_ONCE", 1 << 15)
+    assert integrate(func, 4, 40_000).integral == pytest.approx(whole.integral, rel=1e-13)
+    assert max(sizes[-20:]) == 4096
 
 
 @pytest.mark.parametrize("power", [-900, 900])
@@ -120,45 +128,91 @@ def scores(found: np.ndarray, truth: np.ndarray) -> float:
 
 
 def repeated(repetitions: int) -> tuple[np.ndarray, np.ndarray]:
-    members = [m for m in instances(4, 3, rng=9) if m.name not in ("peak", "jump")]  # which few samples meet
+    members = [m for m in instances(3, 3, rng=9) if m.name not in ("peak", "jump")]  # which few samples meet
     func = lambda x: np.stack([m(x) for m in members])  # noqa: E731
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", vq.IntegrationWarning)
-        found = np.array([integrate(func, 4, 256, rng=s).integral for s in range(repetitions)])
+        found = np.array([integrate(func, 3, 512, rng=s).integral for s in range(repetitions)])
     return found, np.array([m.integral for m in members])
 
 
+@pytest.fixture
+def many_candidates(monkeypatch):
+    """The plain mean is never chosen, and every degree may be."""
+    monkeypatch.setattr(replicates, "WORTH", 100)
+    monkeypatch.setattr(replicates, "DEGREES_BELOW", 9)
+
+
 @pytest.mark.statistical
-def test_unbiased():
+def test_unbiased(many_candidates):
     """A bias of 0.1 standard deviations of each of the 18 would make 108 ± 20 of the sum."""
     # 18 degrees of freedom: exceeded once in 10^6
     assert scores(*repeated(500)) < 64
 
 
 @pytest.mark.statistical
-def test_a_choice_that_knows_the_replicate_is_biased(monkeypatch):
+def test_a_choice_that_knows_the_replicate_is_biased(monkeypatch, many_candidates):
     """The negative control: of the candidates' estimates the smallest."""
 
-    def smallest(self, moments, points, values, r):
-        c = fits(sum(moments[1:], moments[0]) - moments[r], self.terms)
-        estimates = (values[r] - predicted(self.terms, c, points[r])).mean(axis=-1) + c[:, 0]
-        return c[estimates.argmin(axis=0), :, np.arange(len(values[r]))].T
+    def smallest(parts, plain):
+        corrections = np.concatenate([np.zeros((len(parts), 1)), parts.mean(axis=-1)], axis=1)
+        return corrections.argmax(axis=1) - 1
 
-    monkeypatch.setattr(replicates._Replicates, "_coefficients", smallest)
-    assert scores(*repeated(200)) > 120
+    monkeypatch.setattr(replicates, "_best", smallest)
+    assert scores(*repeated(150)) > 200
 
 
-def test_neither_fit_nor_choice_knows_the_replicate():
-    """Whatever its values are, the coefficients that correct it are the same, up to rounding."""
+def run_of(func, d: int, n: int) -> replicates._Replicates:
     library = Library.of(0, 1)
-    run = replicates._Replicates(Integrand(Function(lambda x: x[0], library), Box([0] * 3, [1] * 3, library)), 64)
+    integrand = Integrand(Function(func, library), Box([0] * d, [1] * d, library))
+    return replicates._Replicates(integrand, n, np.random.default_rng(1), 1)
+
+
+@pytest.mark.parametrize("n", [1024, 1792])
+def test_neither_fit_nor_choice_knows_the_replicate(n):
+    """Whatever its values are, its correction keeps every bit, and that of others changes."""
+    run = run_of(lambda x: np.exp(x[0] * x[1] - x[2]), 3, n)
+    kept, sums, _ = run._evaluated()
+    corrections = run._corrections(kept, sums)
+    assert np.abs(corrections).min() > 1e-8
     rng = np.random.default_rng(5)
-    points = [rng.random((64, 3)) for _ in range(8)]
-    values = [np.exp(x.sum(axis=1))[None] for x in points]
-    moments = [NormalEquations.of(run.terms, x, y) for x, y in zip(points, values, strict=True)]
-    for r in range(8):
-        others = [*values[:r], rng.random((1, 64)), *values[r + 1 :]]
-        other_moments = [*moments[:r], NormalEquations.of(run.terms, points[r], others[r]), *moments[r + 1 :]]
-        kept = run._coefficients(moments, points, values, r)
-        assert np.abs(kept[1:]).max() > 0.1
-        np.testing.assert_allclose(run._coefficients(other_moments, points, others, r), kept, atol=1e-9)
+    for r in range(run.count):
+        other = rng.random((1, run.m))
+        other_sums = replicates._PartSums(1, run.m, run.parts)
+        other_sums.add(0, other)
+        with_others = run._corrections(
+            [*kept[:r], other[:, : run.fitted], *kept[r + 1 :]], [*sums[:r], other_sums, *sums[r + 1 :]]
+        )
+        assert with_others[r] == corrections[r]
+        assert np.count_nonzero(with_others != corrections) >= run.count // 2
+
+
+def test_part_sums_take_blocks_of_any_size():
+    values = np.random.default_rng(2).random((2, 256)) - 0.5
+    for sizes in ([256], [16, 16, 32, 64, 128], [128, 64, 32, 32], 16 * [16]):
+        for parts in (4, 16):
+            sums = replicates._PartSums(2, 256, parts)
+            begin = 0
+            for size in sizes:
+                sums.add(begin, values[:, begin : begin + size])
+                begin += size
+            np.testing.assert_allclose(sums.means, values.reshape(2, parts, -1).mean(axis=2), rtol=1e-12)
+            np.testing.assert_allclose(sums.absolute, np.abs(values).mean(axis=1), rtol=1e-12)
+            np.testing.assert_allclose(sums.square, np.square(values).mean(axis=1), rtol=1e-12)
+
+
+def test_the_choice_is_by_the_error_of_means_over_nets(monkeypatch):
+    """On the others of the group, and for the plain mean unless a tenth remains."""
+    monkeypatch.setattr(replicates, "WORTH", 0.1)
+    plain = np.array([[1.0, -1, 1, -1], [2, -2, 2, -2], [4, -4, 4, -4]])
+    # What the candidates leave: the first of net 0 nothing, of the others half; the second a quarter everywhere
+    left = np.stack([np.stack([0 * plain[0], plain[1] / 2, plain[2] / 2]), plain / 4], axis=1)
+    assert replicates._best(plain[:, None] - left, plain).tolist() == [1, 1, 1]
+    left[1:, 0] = plain[1:] / 8
+    assert replicates._best(plain[:, None] - left, plain).tolist() == [0, 0, 0]
+    left[:] = plain[:, None] / 3
+    assert replicates._best(plain[:, None] - left, plain).tolist() == [-1, -1, -1]
+    left[0] = plain[0] / 100  # of no use to net 0 itself
+    assert replicates._best((plain[:, None] - left)[:2], plain[:2]).tolist() == [-1, 0]
+    # Means that are off by a constant are no error of a mean over parts
+    assert replicates._best(plain[:, None] - 0.1 * left + 7, plain).tolist() == [0, 0, 0]

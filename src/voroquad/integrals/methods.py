@@ -59,7 +59,7 @@ def estimator(
         _check_own_points(method, integrand.d, n_points, sampler, order, debias)
         if method == "pilot":
             return pilot.PilotEstimator(integrand, sets, rng, threads)
-        return replicates.ReplicateEstimator(integrand, sets, rng)
+        return replicates.ReplicateEstimator(integrand, sets, rng, threads)
     nothing_asked = method == order == debias == "auto" and isinstance(sampler, str) and sampler == "auto"
     if sampler == "auto":
         sampler = "multi-jittered" if integrand.d <= 4 else "sobol"

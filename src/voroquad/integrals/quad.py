@@ -153,8 +153,8 @@ def quad(
         `order` may name another.
         "pilot", for many points in d ≤ 3: a grid of a quarter of the points predicts func, and the others go where the
         prediction is poor.
-        "polynomials", for many points in up to 20 dimensions: Sobol' replicates, each of which corrects polynomials
-        that are fitted to the others.
+        "polynomials", for many points in up to 20 dimensions: Sobol' replicates, corrected by polynomials that are
+        fitted to other replicates.
         "plain": no prediction.
     sampler : str or callable
         A randomised sampler of :func:`voroquad.sample`: a name, or a callable ``(d, rng=)`` that returns an engine,

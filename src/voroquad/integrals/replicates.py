@@ -8,36 +8,38 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from .._support.arrays import Array, Indices
 from ..rules.fit import ROUNDING
-from ..rules.nested_fits import NormalEquations, fits, predicted, terms_of
+from ..rules.nested_fits import DEGREES_BELOW, SAMPLES_PER_TERM, NestedFits, embedded, highest_degree, terms_of
 from .estimates import Estimate, unresolved
 from .integrand import Integrand
 from .spread import across
 from .units import deviation
 
-REPLICATES = 8
+#: Fewest replicates; there are up to twice as many, less one.
+FEWEST_REPLICATES = 4
 
 #: Highest dimension. Above it there are too few terms for a choice of their number.
 HIGHEST_DIMENSION = 20
 
-#: Fewest evaluations: eight for each replicate.
-FEWEST = 64
+#: Points of the kernel come sixteen at a time, and of a replicate there are no fewer.
+BLOCK = 16
 
-#: Largest number of terms of a family, divided by the cube root of the evaluations. With it, fits cost about as much as
-#: evaluating the terms.
-TERMS, MOST_TERMS = 14, 715
+#: Fewest evaluations.
+FEWEST = FEWEST_REPLICATES * BLOCK
 
-#: Samples per term of a fit: at most this many are used, and a candidate needs at least half as many.
-MOST_PER_TERM, FEWEST_PER_TERM = 20, 10
+#: Largest number of terms over the square root of the evaluations: with it, the time of fits is in proportion to the
+#: evaluations. And the largest number at all.
+TERMS, MOST_TERMS = 4.0, 2000
 
 #: Factor of the standard error of the mean of replicates, since they are not independent: each is corrected by
 #: polynomials that are fitted to the others. benchmarks/calibrate_replicates.py measures the least that suffices.
-ERROR_SCALE = 1.3
+ERROR_SCALE = 1.1
 
-#: Number of parts of a net by which a candidate is judged, of a smaller net its points; and the part of the plain
+#: Number of parts of a net by which a candidate is judged, of a smaller net its blocks; and the part of the plain
 #: mean's squared error that it may leave to be chosen.
-PARTS, WORTH = 32, 0.1
+PARTS, WORTH = 128, 0.1
 
 #: Points of a call of the integrand.
 POINTS_AT_ONCE = 1 << 15
@@ -47,116 +49,172 @@ POINTS_AT_ONCE = 1 << 15
 class ReplicateEstimator:
     r"""Scrambled Sobol' replicates with cross-fitted polynomials.
 
-    With P_r fitted to the other replicates the estimate of replicate r is ∫ P_r + mean(f − P_r). P_r is the candidate
-    with the least squared residuals on replicate r + 1, among fits without both replicates. So P_r does not depend on
-    replicate r, whose points are uniform, and each estimate is unbiased.
+    The replicates are two groups. With P_r fitted to the group without replicate r, the estimate of r is
+    ∫ P_r + mean(f − P_r). P_r is the candidate with the least squared residuals on the others of r's own group. So P_r
+    does not depend on replicate r, whose points are uniform, and each estimate is unbiased.
     """
 
     integrand: Integrand
     sets: int
     rng: np.random.Generator
+    threads: int
 
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations for each of the sets."""
         found: list[Estimate] = []
         for _ in range(self.sets):
-            replicates = _Replicates(self.integrand, 1 << int(math.log2(max(n // REPLICATES, 1))))
+            replicates = _Replicates(self.integrand, n, self.rng, self.threads)
             self.integrand.watch.follow((lambda: across(found)) if found else replicates.known)
-            found.append(replicates.estimate(self.rng))
+            found.append(replicates.estimate())
         return across(found)
 
 
 class _Replicates:
     """Replicates of m points each; values are in units of 2^power, so that no square over- or underflows."""
 
-    def __init__(self, integrand: Integrand, m: int):
-        self.integrand, self.m = integrand, m
-        d, n = integrand.d, REPLICATES * m
-        self.terms = terms_of(
-            d, max(1, min(int(TERMS * n ** (1 / 3)), MOST_TERMS, (REPLICATES - 2) * m // FEWEST_PER_TERM))
-        )
-        wanted = MOST_PER_TERM * len(self.terms) / (REPLICATES - 2)
+    def __init__(self, integrand: Integrand, n: int, rng: np.random.Generator, threads: int):
+        d = integrand.d
+        self.integrand, self.threads = integrand, threads
+        self.m = 1 << int(math.log2(max(n // FEWEST_REPLICATES, BLOCK)))
+        self.count = n // self.m
+        half = self.count // 2
+        self.groups = (range(half), range(half, self.count))
+        self.highest = highest_degree(d, min(TERMS * math.sqrt(n), MOST_TERMS, half * self.m / SAMPLES_PER_TERM))
         #: Points of a replicate that take part in fits, a power of two
-        self.fitted = min(m, 1 << max(6, math.ceil(math.log2(wanted))))
-        self._plain: list[Array] = []  # means (fields,) of the points of a replicate that take part in fits
-        self._corrected: list[Array] = []  # estimates (fields,) of the replicates that are done
+        self.fitted = self._of_each(SAMPLES_PER_TERM * math.comb(self.highest + d, d), half)
+        self.parts = min(PARTS, self.m // BLOCK)
+        keys = rng.integers(0, 2**64, size=(self.count, d, 65), dtype=np.uint64)
+        self.nets = [_core.SobolNet(key, int(math.log2(self.m))) for key in keys]
+        self._begun: list[Array] = []  # means (fields,) of the points of a replicate that take part in fits
+        self._done: list[Array] = []  # plain means (fields,) of the replicates that are evaluated
 
-    def estimate(self, rng: np.random.Generator) -> Estimate:
+    def _of_each(self, samples: int, nets: int) -> int:
+        return min(self.m, 1 << max(4, math.ceil(math.log2(max(samples / nets, 1)))))
+
+    def estimate(self) -> Estimate:
         """Draws, fits, and corrects."""
-        from scipy.stats import qmc
+        kept, sums, power = self._evaluated()
+        corrections = self._corrections(kept, sums)
+        return self._estimate(np.stack([s.means.mean(axis=1) for s in sums]), corrections, sums, power)
 
-        d = self.integrand.d
-        engines = [qmc.Sobol(d, scramble=True, bits=53, rng=r) for r in rng.spawn(REPLICATES)]
-        points = [engine.random(self.fitted) for engine in engines]
-        values = []
-        for x in points:
-            values.append(self._values(x))
-            self._plain.append(values[-1].mean(axis=1))
-        _, power = np.frexp(np.max([_largest(y) for y in values], axis=0))
-        values = [np.ldexp(y, -power[:, None]) for y in values]
-        moments = [NormalEquations.of(self.terms, x, y) for x, y in zip(points, values, strict=True)]
-        sums = []
-        for r, engine in enumerate(engines):
-            c = self._coefficients(moments, points, values, r)
-            of_replicate = self._sums(c, points[r], values[r])
-            for done in range(self.fitted, self.m, POINTS_AT_ONCE):
-                x = engine.random(min(POINTS_AT_ONCE, self.m - done))
-                of_replicate += self._sums(c, x, np.ldexp(self._values(x), -power[:, None]))
-            sums.append(np.stack([c[0], *(of_replicate / self.m)]))
-            self._corrected.append(np.ldexp(c[0] + of_replicate[0] / self.m, power))
-        return self._estimate(np.stack(sums), power)
+    def _evaluated(self) -> tuple[list[Array], list[_PartSums], NDArray[np.intc]]:
+        """Of each net the values (fields, n) that take part in fits, and sums of all; and the power of their unit."""
+        kept = []
+        for net in self.nets:
+            kept.append(self._values(net, 0, self.fitted))
+            self._begun.append(kept[-1].mean(axis=1))
+        _, power = np.frexp(np.max([_largest(y) for y in kept], axis=0))
+        kept = [np.ldexp(y, -power[:, None]) for y in kept]
+        sums = [_PartSums(len(power), self.m, self.parts) for _ in kept]
+        for net, y, of_net in zip(self.nets, kept, sums, strict=True):
+            of_net.add(0, y)
+            begin = self.fitted
+            while begin < self.m:
+                at_once = min(begin, POINTS_AT_ONCE)  # blocks of a net begin at a multiple of their size
+                of_net.add(begin, np.ldexp(self._values(net, begin, at_once), -power[:, None]))
+                begin += at_once
+            self._done.append(np.ldexp(of_net.means.mean(axis=1), power))
+        return kept, sums, power
 
     def known(self) -> Estimate | None:
-        """The mean of the replicates that are done, or of the points that take part in fits; None of fewer than two."""
-        means, each = (self._corrected, self.m) if len(self._corrected) > 1 else (self._plain, self.fitted)
+        """The plain mean of the replicates that are evaluated, or of the points for fits; None of fewer than two."""
+        means, each = (self._done, self.m) if len(self._done) > 1 else (self._begun, self.fitted)
         if len(means) < 2:
             return None
         error = ERROR_SCALE * deviation(np.stack(means), axis=0) / math.sqrt(len(means))
         return Estimate(np.mean(means, axis=0), error, np.zeros_like(error), each * len(means), len(means) - 1)
 
-    def _values(self, x: Array) -> Array:
-        return self.integrand(np.asfortranarray(x))
+    def _values(self, net: _core.SobolNet, begin: int, n: int) -> Array:
+        return self.integrand(net.points(begin, n).T)
 
-    def _coefficients(self, moments: list[NormalEquations], points: list[Array], values: list[Array], r: int) -> Array:
-        """Coefficients (terms, fields) of the polynomials that replicate r corrects: for each component the candidate
-        that is best on the next replicate."""
-        q = (r + 1) % REPLICATES
-        whole = sum(moments[1:], moments[0])
-        judged = predicted(self.terms, fits(whole - moments[r] - moments[q], self.terms), points[q])
-        best = _best(judged - values[q])
-        return fits(whole - moments[r], self.terms)[best, :, np.arange(len(best))].T
+    def _fits(self, group: range, kept: list[Array], sums: list[_PartSums]) -> NestedFits:
+        """Polynomials fitted to a group."""
 
-    def _sums(self, coefficients: Array, x: Array, y: Array) -> Array:
-        """Σ (f − P), Σ |f|, Σ f² and Σ |P| of each component, (4, fields), over points (n, d)."""
-        p = predicted(self.terms, coefficients, x)
-        return np.stack([part.sum(axis=-1) for part in (y - p, np.abs(y), np.square(y), np.abs(p))])
+        def samples(n: int) -> tuple[Array, Array]:
+            of_each = self._of_each(n, len(group))
+            points = np.concatenate([self.nets[r].points(0, of_each) for r in group], axis=1)
+            return points, np.concatenate([kept[r][:, :of_each] for r in group], axis=1)
 
-    def _estimate(self, sums: Array, power: NDArray[np.intc]) -> Estimate:
-        """From ∫ P and the means of f − P, |f|, f² and |P| in each replicate, (replicates, 5, fields)."""
-        n = REPLICATES * self.m
-        means = sums[:, 0] + sums[:, 1]
-        mean, (_, _, absolute, square, predicted_size) = means.mean(axis=0), sums.mean(axis=0)
-        rounding = ROUNDING * self.integrand.epsilon * (absolute + predicted_size)
-        spread = ERROR_SCALE * means.std(axis=0, ddof=1) / math.sqrt(REPLICATES)
+        plain = np.mean([sums[r].means.var(axis=1) for r in group], axis=0)
+        worth = WORTH * plain * (self.m // self.parts)
+        return NestedFits.of(samples, self.integrand.d, len(worth), self.highest, worth)
+
+    def _corrections(self, kept: list[Array], sums: list[_PartSums]) -> Array:
+        """What is subtracted from the plain means (nets, fields): the mean of P over the net, less its integral."""
+        fits = [self._fits(group, kept, sums) for group in self.groups]
+        found = np.zeros((self.count, len(sums[0].means)))
+        for group, others in zip(self.groups, reversed(fits), strict=True):
+            top = int(others.degrees.max(initial=0))
+            if top == 0:
+                continue
+            terms = [self._term_means(self.nets[r], top) for r in group]
+            for field in np.flatnonzero(others.degrees):
+                candidates = self._candidates(others, int(field), top)
+                parts = np.stack([np.einsum("ct,pt->cp", candidates[:, 1:], of_net[:, 1:]) for of_net in terms])
+                best = _best(parts, np.stack([sums[r].means[field] for r in group]))
+                chosen = np.take_along_axis(parts.mean(axis=-1), np.maximum(best, 0)[:, None], axis=1)[:, 0]
+                found[group, field] = np.where(best < 0, 0.0, chosen)
+        return found
+
+    def _candidates(self, fits: NestedFits, field: int, top: int) -> Array:
+        """Coefficients (candidates, terms) for a component: its highest degrees, as of degree `top`."""
+        highest = fits.degrees[field]
+        degrees = range(max(1, highest - DEGREES_BELOW), highest + 1)
+        rows = [embedded(fits.coefficients[p][field : field + 1], self.integrand.d, p, top) for p in degrees]
+        return np.concatenate(rows)
+
+    def _term_means(self, net: _core.SobolNet, degree: int) -> Array:
+        """Means (parts, terms) over the parts of a net."""
+        terms = terms_of(self.integrand.d, degree)
+        at_once = min(POINTS_AT_ONCE, self.m)
+        of_a_call = max(1, at_once * self.parts // self.m)
+        found = [
+            terms.means(net.points(begin, at_once), of_a_call, self.threads) for begin in range(0, self.m, at_once)
+        ]
+        means: Array = np.concatenate(found).reshape(self.parts, -1, len(terms)).mean(axis=1)
+        return means
+
+    def _estimate(self, plain: Array, corrections: Array, sums: list[_PartSums], power: NDArray[np.intc]) -> Estimate:
+        n, means = self.count * self.m, plain - corrections
+        absolute, square = (np.mean(x, axis=0) for x in ([s.absolute for s in sums], [s.square for s in sums]))
+        rounding = ROUNDING * self.integrand.epsilon * (absolute + np.abs(corrections).mean(axis=0))
+        spread = ERROR_SCALE * means.std(axis=0, ddof=1) / math.sqrt(self.count)
         empty = self.integrand.empty
         warnings = [] if empty else unresolved(n * absolute, n * square, square == 0, n)
-        mean, error, rounding = (np.ldexp(v, power) for v in (mean, np.hypot(spread, rounding), rounding))
+        mean, error, rounding = (np.ldexp(v, power) for v in (means.mean(axis=0), np.hypot(spread, rounding), rounding))
         deviations = (means - means.mean(axis=0)).T
-        return Estimate(mean, error, rounding, n, REPLICATES - 1, tuple(warnings), deviations)
+        return Estimate(mean, error, rounding, n, self.count - 1, tuple(warnings), deviations)
 
 
-def _best(residuals: Array) -> Indices:
-    """The candidate (fields,) whose residuals (candidates, fields, n) on a net have the smallest sums over its parts.
+class _PartSums:
+    """Means of values over the parts of a net, (fields, parts), and of |f| and f² over all of it, (fields,)."""
 
-    Consecutive points are nets, too. The criterion is not the size of the residuals but their error in the mean over a
-    net. There the plain mean, the first candidate, is hard to beat, and another candidate is chosen only if its squared
-    error is a tenth of that or less.
+    def __init__(self, fields: int, m: int, parts: int):
+        self.m, self.part = m, m // parts
+        self.means = np.zeros((fields, parts))
+        self.absolute, self.square = np.zeros((2, fields))
+
+    def add(self, begin: int, values: Array) -> None:
+        """Take values (fields, n) from point `begin` on: whole parts, or less than one."""
+        n = values.shape[1]
+        at = slice(begin // self.part, -(-(begin + n) // self.part))
+        self.means[:, at] += values.reshape(len(values), -1, min(n, self.part)).sum(axis=-1) / self.part
+        self.absolute += np.abs(values).sum(axis=1) / self.m
+        self.square += np.square(values).sum(axis=1) / self.m
+
+
+def _best(parts: Array, plain: Array) -> Indices:
+    """For each net the candidate (nets,) with the least residuals on the others of its group, −1 for the plain mean.
+
+    Given are means over the parts of each net, which are nets, too: of the candidates (nets, candidates, parts), and of
+    the values (nets, parts). The criterion is not the size of residuals but their error in the mean over a net. There
+    the plain mean is hard to beat, and it is left only where a tenth of its squared error or less remains.
     """
-    parts = residuals.reshape(*residuals.shape[:-1], min(PARTS, residuals.shape[-1]), -1).mean(axis=-1)
-    scores = parts.var(axis=-1)
-    best = np.argmin(scores, axis=0)
-    least = np.take_along_axis(scores, best[None], axis=0)[0]
-    return np.where(least < WORTH * scores[0], best, 0)
+    scores, of_plain = (plain[:, None] - parts).var(axis=-1), plain.var(axis=-1)
+    elsewhere, plain_elsewhere = scores.sum(axis=0) - scores, of_plain.sum() - of_plain
+    best = np.argmin(elsewhere, axis=1)
+    least = np.take_along_axis(elsewhere, best[:, None], axis=1)[:, 0]
+    return np.where(least < WORTH * plain_elsewhere, best, -1)
 
 
 def _largest(values: Array) -> Array:

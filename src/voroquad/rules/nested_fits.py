@@ -1,161 +1,157 @@
-"""Polynomials of several sizes by least squares, from sums over samples that come block by block.
+"""Polynomials of rising total degree by least squares, for as long as they promise to pay.
 
-The terms are products of Legendre polynomials, orthonormal in the mean over the unit box. Each family has an order of
-the terms, in which the candidates are the first so many: by total degree, and by hyperbolic crosses, the products
-Π (a_i + 1) of the degrees a_i. One Cholesky factor of a family's matrix serves all of its candidates.
+The terms are products of Legendre polynomials, orthonormal in the mean over the unit box
+(include/voroquad/detail/fits/legendre_terms.hpp). No matrix is made: conjugate gradients start from the polynomial of
+the degree before. So the memory is that of the samples, and the time that of a few passes over them.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import lru_cache, partial
 
 import numpy as np
-from scipy.linalg import cholesky, solve_triangular
-from scipy.linalg.blas import dsyrk
 
+from .. import _core
 from .._support.arrays import Array, Indices
-from .._support.blas import one_blas_thread
-from .polynomials import legendre, powers_up_to
 
-#: What is added to the matrix of the normal equations, over its diagonal: fits of nearly as many terms as samples.
-RIDGE = 1e-10
+#: Samples per term of a fit.
+SAMPLES_PER_TERM = 10
 
-#: Samples whose terms are in memory at a time.
-SAMPLES_AT_ONCE = 4096
+#: The gradient at which conjugate gradients end, in the mean square, over that of noise; and the most steps.
+TOLERANCE, MOST_STEPS = 0.01, 30
 
+#: Mean squared residuals over those of 0 that are no more than rounding.
+ROUNDING_SQUARE = 1e-26
 
-@dataclass(frozen=True)
-class NestedTerms:
-    """Candidates: the first `sizes` of the terms in `order`, ascending; 1, the constant, is one of them."""
+#: Part of the terms of the highest degree: with fewer, residuals do not tell what the highest degree will leave.
+TELLING = 1 / 8
 
-    order: Indices
-    sizes: tuple[int, ...]
+#: Degrees below the highest that are candidates too, beside the plain mean.
+DEGREES_BELOW = 2
 
+#: Components that are fitted in one pass over the points.
+FIELDS_AT_ONCE = 8
 
-class Terms:
-    """The terms of the families in d dimensions with at most so many terms each."""
-
-    def __init__(self, d: int, most: int):
-        by_degree, by_cross = _by_total_degree(d, most), _by_hyperbolic_cross(d, most)
-        powers = {term: i for i, term in enumerate(dict.fromkeys((*by_degree[0], *by_cross[0])))}
-        self.families = tuple(
-            NestedTerms(np.array([powers[term] for term in terms], dtype=np.intp), sizes)
-            for terms, sizes in (by_degree, by_cross)
-        )
-        self.powers = np.array(list(powers), dtype=np.intp)
-        # A term is one with its last factor left out, times that factor
-        last = [max((a for a in range(d) if term[a]), default=0) for term in powers]
-        self._axis = last
-        self._parent = [powers[(*term[:a], 0, *term[a + 1 :])] for term, a in zip(powers, last, strict=True)]
-
-    def __len__(self) -> int:
-        return len(self.powers)
-
-    def at(self, points: Array) -> Array:
-        """The terms (terms, n) at points (n, d) of the unit box."""
-        degree = int(self.powers.max(initial=0))
-        factors = [np.ascontiguousarray(legendre(2 * x - 1, degree).T) for x in points.T]
-        out = np.ones((len(self), len(points)))
-        for i, (axis, parent) in enumerate(zip(self._axis, self._parent, strict=True)):
-            if power := self.powers[i, axis]:
-                np.multiply(out[parent], factors[axis][power], out=out[i])
-        return out
+#: So many samples, a power of two for each net: their points (d, n) and values (fields, n).
+Samples = Callable[[int], tuple[Array, Array]]
 
 
-Nested = tuple[list[tuple[int, ...]], tuple[int, ...]]
+@lru_cache(maxsize=64)
+def terms_of(d: int, degree: int) -> _core.LegendreTerms:
+    """The terms, once for all calls."""
+    return _core.LegendreTerms(d, degree)
 
 
-def _by_total_degree(d: int, most: int) -> Nested:
+def highest_degree(d: int, most: float) -> int:
+    """The highest total degree with at most so many terms.
+
+    Examples
+    --------
+    >>> from voroquad.rules.nested_fits import highest_degree
+    >>> highest_degree(4, 500), highest_degree(8, 500)
+    (8, 4)
+    """
     degree = 0
     while math.comb(degree + 1 + d, d) <= most:
         degree += 1
-    terms = [tuple(int(a) for a in term) for term in powers_up_to(degree, d)]
-    return terms, tuple(math.comb(p + d, d) for p in range(degree + 1))
+    return degree
 
 
-def _by_hyperbolic_cross(d: int, most: int) -> Nested:
-    terms: list[tuple[int, ...]] = []
-    sizes: list[int] = []
-    product = 1
-    while True:
-        for term in _with_product(product, d):
-            terms.append(term)
-            if len(terms) > most:
-                return terms[: sizes[-1]], tuple(sizes)
-        sizes.append(len(terms))
-        product += 1
+def embedded(coefficients: Array, d: int, degree: int, to: int) -> Array:
+    """Coefficients (fields, terms) of a degree as those of a higher one."""
+    out = np.zeros((len(coefficients), len(terms_of(d, to))))
+    out[:, _positions(d, degree, to)] = coefficients
+    return out
 
 
-def _with_product(product: int, d: int) -> Iterator[tuple[int, ...]]:
-    """All degrees (d,) with Π (a_i + 1) = product."""
-    if d == 1:
-        yield (product - 1,)
-        return
-    for factor in range(1, product + 1):
-        if product % factor == 0:
-            yield from ((factor - 1, *rest) for rest in _with_product(product // factor, d - 1))
-
-
-@lru_cache(maxsize=16)
-def terms_of(d: int, most: int) -> Terms:
-    """The terms, once for all calls."""
-    return Terms(d, most)
+@lru_cache(maxsize=256)
+def _positions(d: int, degree: int, to: int) -> Indices:
+    """Where the terms of a degree are among those of a higher one."""
+    small, large = terms_of(d, degree), terms_of(d, to)
+    first, runs = (x.astype(np.intp) for x in (small.starts(), small.runs()))
+    shift = large.starts()[: len(first)].astype(np.intp) - first
+    found: Indices = np.repeat(shift, runs) + np.arange(len(small))
+    return found
 
 
 @dataclass(frozen=True)
-class NormalEquations:
-    """Σ φ φᵀ (terms, terms), its upper half, and Σ φ f (terms, fields) over n samples."""
+class NestedFits:
+    """Of each component: the highest degree fitted, 0 where no degree promised to pay, and coefficients by degree.
 
-    gram: Array
-    product: Array
-    n: int
+    ``coefficients`` maps a degree to an array (fields, terms); rows of components that were given up before are 0.
+    """
+
+    degrees: Indices
+    coefficients: dict[int, Array]
 
     @classmethod
-    @one_blas_thread
-    def of(cls, terms: Terms, points: Array, values: Array) -> NormalEquations:
-        """Those of values (fields, n) at points (n, d)."""
-        gram = np.zeros((len(terms), len(terms)), order="F")
-        product = np.zeros((len(terms), len(values)))
-        for i in range(0, len(points), SAMPLES_AT_ONCE):
-            phi = terms.at(points[i : i + SAMPLES_AT_ONCE])
-            gram = dsyrk(1.0, phi.T, beta=1.0, c=gram, trans=1, overwrite_c=1)
-            product += phi @ values[:, i : i + SAMPLES_AT_ONCE].T
-        return cls(gram, product, len(points))
+    def of(cls, samples: Samples, d: int, fields: int, highest: int, worth: Array) -> NestedFits:
+        """Of rising degree, up to the highest.
 
-    def __add__(self, other: NormalEquations) -> NormalEquations:
-        return NormalEquations(self.gram + other.gram, self.product + other.product, self.n + other.n)
-
-    def __sub__(self, other: NormalEquations) -> NormalEquations:
-        return NormalEquations(self.gram - other.gram, self.product - other.product, self.n - other.n)
-
-
-@one_blas_thread
-def fits(moments: NormalEquations, terms: Terms) -> Array:
-    """Coefficients (candidates, terms, fields) of least squares, family by family."""
-    found = []
-    for family in terms.families:
-        order = family.order
-        gram = np.triu(moments.gram) + np.triu(moments.gram, 1).T
-        gram = gram[np.ix_(order, order)] + RIDGE * moments.n * np.eye(len(order))
-        factor = cholesky(gram, lower=True, overwrite_a=True, check_finite=False)
-        half = solve_triangular(factor, moments.product[order], lower=True, check_finite=False)
-        for size in family.sizes:
-            c = np.zeros_like(moments.product)
-            c[order[:size]] = solve_triangular(
-                factor[:size, :size], half[:size], lower=True, trans=1, check_finite=False
+        A component is given up where the mean squared residual that its last degrees lead to expect at the highest is
+        above ``worth`` (fields,).
+        """
+        parts = []
+        for i in range(0, fields, FIELDS_AT_ONCE):
+            rows = slice(i, i + FIELDS_AT_ONCE)
+            parts.append(_fitted(partial(_rows, samples, rows), d, highest, worth[rows]))
+        degrees = np.concatenate([p.degrees for p in parts])
+        coefficients = {}
+        for degree in sorted({degree for p in parts for degree in p.coefficients}):
+            missing = np.zeros((FIELDS_AT_ONCE, len(terms_of(d, degree))))
+            coefficients[degree] = np.concatenate(
+                [p.coefficients.get(degree, missing[: len(p.degrees)]) for p in parts]
             )
-            found.append(c)
-    return np.stack(found)
+        return cls(degrees, coefficients)
 
 
-@one_blas_thread
-def predicted(terms: Terms, coefficients: Array, points: Array) -> Array:
-    """The polynomials (..., fields, n) with coefficients (..., terms, fields) at points (n, d)."""
-    parts = [
-        np.swapaxes(coefficients, -1, -2) @ terms.at(points[i : i + SAMPLES_AT_ONCE])
-        for i in range(0, len(points), SAMPLES_AT_ONCE)
-    ]
-    return np.concatenate(parts, axis=-1)
+def _rows(samples: Samples, rows: slice, n: int) -> tuple[Array, Array]:
+    points, values = samples(n)
+    return points, values[rows]
+
+
+def _fitted(samples: Samples, d: int, highest: int, worth: Array) -> NestedFits:
+    fields = len(worth)
+    rising = np.arange(fields)
+    degrees = np.zeros(fields, dtype=np.intp)
+    coefficients: dict[int, Array] = {}
+    squares: list[Array] = []  # mean squared residuals (fields,) by degree, as of samples that are not fitted
+    for degree in range(1, highest + 1):
+        terms = terms_of(d, degree)
+        points, values = samples(SAMPLES_PER_TERM * len(terms))
+        values = np.ascontiguousarray(values[rising])
+        if degree == 1:
+            squares.append(values.var(axis=1))
+            start = values.mean(axis=1, keepdims=True)
+        c = embedded(start, d, degree - 1, degree)
+        n = points.shape[1]
+        square = np.full(fields, np.inf)
+        square[rising] = terms.fit(points, values, c, TOLERANCE, MOST_STEPS) * (n / (n - len(terms)))
+        squares.append(square)
+        coefficients[degree] = np.zeros((fields, len(terms)))
+        coefficients[degree][rising] = c
+        exact = square[rising] <= ROUNDING_SQUARE * np.square(values).mean(axis=1)
+        telling = len(terms) >= TELLING * math.comb(highest + d, d)
+        pays = (_expected(squares, highest) <= worth)[rising] | (not telling)
+        degrees[rising[exact & pays]] = degree
+        if degree == highest:
+            degrees[rising[pays]] = degree
+        rising, start = rising[pays & ~exact], c[pays & ~exact]
+        if not len(rising):
+            break
+    return NestedFits(degrees, coefficients)
+
+
+def _expected(squares: list[Array], highest: int) -> Array:
+    """What the last degrees lead to expect of the mean squared residuals at the highest.
+
+    Functions that are even or odd along an axis gain at every second degree only.
+    """
+    degree = len(squares) - 1
+    now, before = squares[-1], squares[max(degree - 2, 0)]
+    ratio = np.divide(now, before, out=np.ones_like(now), where=(before > 0) & np.isfinite(before))
+    expected: Array = now * np.minimum(ratio, 1) ** ((highest - degree) / 2)
+    return expected
