@@ -329,41 +329,67 @@ void cell_centroids(const PointView<D> &points, const ConvexDomainOf<D> &domain,
     for_each_cell_in(points, domain, work, threads, place, pause);
 }
 
-// Areas or volumes of what the disc or ball that touches the sides of the unit box holds of the
-// cells. Points that coincide share their cell equally.
+// Areas or volumes of what a disc or ball holds of the cells of points in a box. Points that
+// coincide share their cell equally.
+//
+// Contract: D is 2 or 3; points are finite and in the domain, which holds the ball and has no
+// periodic axes; radius is positive and finite; measures has room for points.size() numbers;
+// threads ≥ 1.
+template <std::size_t D, class Pause = NoPause>
+void cell_measures_in_ball(const PointView<D> &points, const Bounds<D> &domain,
+                           const Point<D> &centre, double radius, double *measures,
+                           unsigned threads = 1, Pause &&pause = {}) {
+    VOROQUAD_CHECK(radius > 0.0 && std::isfinite(radius),
+                   "cell_measures_in_ball: radius must be positive and finite");
+    CellWorkspace<D> work;
+    const auto put = [&](std::size_t site, const auto &cell, unsigned) {
+        const Point<D> there = detail::difference<D>(centre, work.site(site));
+        detail::share(work.tree, site, detail::part_in_ball<D>(cell, there, radius), measures);
+    };
+    for_each_cell(points, domain, work, threads, put, pause);
+}
+
+// The same of the disc or ball that touches the sides of the unit box.
 //
 // Contract: D is 2 or 3; points are finite and in the unit box; measures has room for
 // points.size() numbers; threads ≥ 1.
 template <std::size_t D, class Pause = NoPause>
 void cell_measures_in_ball(const PointView<D> &points, double *measures, unsigned threads = 1,
                            Pause &&pause = {}) {
-    CellWorkspace<D> work;
-    const auto put = [&](std::size_t site, const auto &cell, unsigned) {
-        constexpr double radius = 0.5;
-        Point<D> centre = work.site(site);
-        for (double &c : centre) c = radius - c;
-        detail::share(work.tree, site, detail::part_in_ball<D>(cell, centre, radius), measures);
-    };
-    for_each_cell(points, Domain::box, work, threads, put, pause);
+    Point<D> centre;
+    centre.fill(0.5);
+    cell_measures_in_ball<D>(points, Domain::box, centre, 0.5, measures, threads, pause);
 }
 
-// Volumes of what the cylinder of a radius about the third axis holds of the cells. Points that
-// coincide share their cell equally.
+// Volumes of what the cylinder of a radius about an axis holds of the cells. The axis is parallel
+// to the third one; centre is where it crosses the plane of the first two. Points that coincide
+// share their cell equally.
+//
+// Contract: points are finite and in the domain; radius is positive and finite; measures has room
+// for points.size() numbers; threads ≥ 1.
+template <class Pause = NoPause>
+void cell_measures_in_cylinder(const PointView<3> &points, const Bounds<3> &domain,
+                               const Point<2> &centre, double radius, double *measures,
+                               unsigned threads = 1, Pause &&pause = {}) {
+    VOROQUAD_CHECK(radius > 0.0 && std::isfinite(radius),
+                   "cell_measures_in_cylinder: radius must be positive and finite");
+    CellWorkspace<3> work;
+    const auto put = [&](std::size_t site, const detail::ConvexPolyhedron &cell, unsigned) {
+        const Point<3> at = work.site(site);
+        const Point<3> there{centre[0] - at[0], centre[1] - at[1], 0.0};
+        detail::share(work.tree, site, detail::measure_in_cylinder(cell, there, radius), measures);
+    };
+    for_each_cell(points, domain, work, threads, put, pause);
+}
+
+// The same of the cylinder about the third axis.
 //
 // Contract: points are finite and in the domain; radius is positive and finite; measures has room
 // for points.size() numbers; threads ≥ 1.
 template <class Pause = NoPause>
 void cell_measures_in_cylinder(const PointView<3> &points, const Bounds<3> &domain, double radius,
                                double *measures, unsigned threads = 1, Pause &&pause = {}) {
-    VOROQUAD_CHECK(radius > 0.0 && std::isfinite(radius),
-                   "cell_measures_in_cylinder: radius must be positive and finite");
-    CellWorkspace<3> work;
-    const auto put = [&](std::size_t site, const detail::ConvexPolyhedron &cell, unsigned) {
-        const Point<3> at = work.site(site);
-        const Point<3> centre{-at[0], -at[1], 0.0};
-        detail::share(work.tree, site, detail::measure_in_cylinder(cell, centre, radius), measures);
-    };
-    for_each_cell(points, domain, work, threads, put, pause);
+    cell_measures_in_cylinder(points, domain, Point<2>{0.0, 0.0}, radius, measures, threads, pause);
 }
 
 } // namespace VOROQUAD

@@ -86,25 +86,36 @@ Array<double> flat(const std::vector<Point<D>> &points) {
     return own(std::move(out), {points.size(), D});
 }
 
-Array<double> measures_in_ball(StridedSets points, unsigned threads) {
+// Where a ball, or the axis of a cylinder, is in a box
+using Centre = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+template <std::size_t D>
+void fill_in_ball(const StridedSets &points, const Sides &sides, const Axes &periodic,
+                  const Centre &centre, double radius, double *out, unsigned threads) {
+    Point<D> at;
+    std::copy_n(centre.data(), D, at.begin());
+    const Bounds<D> domain = bounds_of<D>(sides, periodic);
+    nb::gil_scoped_release release;
+    cell_measures_in_ball<D>(one_set<D>(points), domain, at, radius, out, threads, CheckSignals());
+}
+
+Array<double> measures_in_ball(StridedSets points, Sides sides, Axes periodic, Centre centre,
+                               double radius, unsigned threads) {
     std::vector<double> out(points.shape(1));
-    {
-        nb::gil_scoped_release release;
-        if (points.shape(2) == 2)
-            cell_measures_in_ball<2>(one_set<2>(points), out.data(), threads, CheckSignals());
-        else cell_measures_in_ball<3>(one_set<3>(points), out.data(), threads, CheckSignals());
-    }
+    const auto fill = points.shape(2) == 2 ? fill_in_ball<2> : fill_in_ball<3>;
+    fill(points, sides, periodic, centre, radius, out.data(), threads);
     const std::size_t n = out.size();
     return own(std::move(out), {n});
 }
 
-Array<double> measures_in_cylinder(StridedSets points, Sides sides, Axes periodic, double radius,
-                                   unsigned threads) {
+Array<double> measures_in_cylinder(StridedSets points, Sides sides, Axes periodic, Centre centre,
+                                   double radius, unsigned threads) {
     std::vector<double> out(points.shape(1));
     const Bounds<3> domain = bounds_of<3>(sides, periodic);
+    const Point<2> at{centre.data()[0], centre.data()[1]};
     {
         nb::gil_scoped_release release;
-        cell_measures_in_cylinder(one_set<3>(points), domain, radius, out.data(), threads,
+        cell_measures_in_cylinder(one_set<3>(points), domain, at, radius, out.data(), threads,
                                   CheckSignals());
     }
     const std::size_t n = out.size();
@@ -250,11 +261,12 @@ void bind_cells(nb::module_ &m) {
           "periods (m, d), and what lies on the border (n,), of the cells of points (1, n, d).");
     m.def("nearest", &nearest, "points"_a, "places"_a, "sides"_a, "periodic"_a, "threads"_a,
           "Indices (m,) of the points (1, n, d) that are nearest to places (1, m, d).");
-    m.def("measures_in_ball", &measures_in_ball, "points"_a, "threads"_a,
-          "Measures (n,) of the cells of points (1, n, d), d = 2 or 3, in the ball that touches "
-          "the sides of the unit box.");
-    m.def("measures_in_cylinder", &measures_in_cylinder, "points"_a, "sides"_a, "periodic"_a,
+    m.def("measures_in_ball", &measures_in_ball, "points"_a, "sides"_a, "periodic"_a, "centre"_a,
           "radius"_a, "threads"_a,
-          "Volumes (n,) of the cells of points (1, n, 3) in the cylinder about the third axis.");
+          "Measures (n,) of the cells of points (1, n, d), d = 2 or 3, in a ball of the box.");
+    m.def("measures_in_cylinder", &measures_in_cylinder, "points"_a, "sides"_a, "periodic"_a,
+          "centre"_a, "radius"_a, "threads"_a,
+          "Volumes (n,) of the cells of points (1, n, 3) in the cylinder of a radius that is "
+          "parallel to the third axis.");
     m.def("default_thread_count", &default_thread_count);
 }

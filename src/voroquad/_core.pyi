@@ -69,12 +69,17 @@ def nearest(
 ) -> NDArray[numpy.uint64]: ...
 def measures_in_ball(
     points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    centre: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    radius: float,
     threads: int,
 ) -> NDArray[numpy.float64]: ...
 def measures_in_cylinder(
     points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
     sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
     periodic: Annotated[NDArray[numpy.bool_], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    centre: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
     radius: float,
     threads: int,
 ) -> NDArray[numpy.float64]: ...

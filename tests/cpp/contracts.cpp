@@ -72,6 +72,10 @@ void check_cells() {
     Square square;
     throws([&] { voroquad::cell_polygons(square.with(0, nan), Domain::box); });
     throws([&] { voroquad::cell_measures_in_ball(square.with(0, 2.0), square.measures.data()); });
+    throws([&] {
+        voroquad::cell_measures_in_ball<2>(square.with(0, 0.5), Domain::box, {0.5, 0.5}, 0.0,
+                                           square.measures.data());
+    });
     std::vector<voroquad::Point<2>> centroids(4);
     throws([&] { voroquad::cell_centroids(square.with(0, nan), Domain::box, centroids.data()); });
     std::vector<double> line{0.2, nan}, lengths(2);

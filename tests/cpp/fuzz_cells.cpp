@@ -1,10 +1,12 @@
 // What must hold for any finite points of the box: measures are finite, non-negative and sum
 // to 1, in one, two and three dimensions, on the box and on the torus; so do those in the ball,
 // and centroids lie in the box, whose own is their mean; and cells share the
-// sides of the box. The bytes of an input are the dimension,
+// sides of the box. Measures also sum to that of boxes with other sides and some periodic axes,
+// of simplices, balls and cylinders in such boxes. The bytes of an input are the dimension,
 // the domain and what to check, then coordinates. Build with -fsanitize=fuzzer and
 // VOROQUAD_LIBFUZZER defined for libFuzzer, or without: then main() runs the files named on the
 // command line, or random inputs. corpus/ is what libFuzzer kept (docs/cells.md).
+#include <algorithm>
 #include <cmath>
 #include <cstdint>
 #include <cstdio>
@@ -14,6 +16,7 @@
 #include <iterator>
 #include <numbers>
 #include <random>
+#include <utility>
 #include <vector>
 
 #include <voroquad/cells.hpp>
@@ -34,7 +37,8 @@ void check_shares(const std::vector<double> &measures, double whole) {
         require(m >= 0.0 && std::isfinite(m), "a measure", D, measures.size(), m);
         sum += m;
     }
-    require(std::abs(sum - whole) <= 1e-12, "sum - whole", D, measures.size(), sum - whole);
+    require(std::abs(sum - whole) <= 1e-12 * std::max(whole, 1.0), "sum - whole", D,
+            measures.size(), sum - whole);
 }
 
 template <std::size_t D>
@@ -89,6 +93,109 @@ void check(const std::vector<double> &coordinates, voroquad::Domain domain, bool
     check_measures<D>(points, domain);
 }
 
+// A box whose sides and periodic axes the bits of a number choose.
+template <std::size_t D>
+voroquad::Bounds<D> box_of(unsigned choice) {
+    constexpr double lows[] = {0.0, -0.5, -1.0, 0.7}, sides[] = {1.0, 2.0, 0.4, 3.7};
+    voroquad::Bounds<D> domain = voroquad::Domain::box;
+    for (std::size_t a = 0; a < D; ++a, choice >>= 5) {
+        const double side = sides[choice >> 2 & 3];
+        domain.box.lo[a] = side * lows[choice & 3];
+        domain.box.hi[a] = domain.box.lo[a] + side;
+        domain.periodic[a] = choice >> 4 & 1;
+    }
+    return domain;
+}
+
+// Points of the unit box in another one.
+template <std::size_t D>
+std::vector<double> moved(std::vector<double> unit, const voroquad::Bounds<D> &domain) {
+    for (std::size_t i = 0; i < unit.size(); ++i) {
+        const double lo = domain.box.lo[i % D], hi = domain.box.hi[i % D];
+        const double x = lo + unit[i] * (hi - lo);
+        unit[i] = x < hi ? x : domain.periodic[i % D] ? lo : hi;
+    }
+    return unit;
+}
+
+template <std::size_t D>
+void check_box(const std::vector<double> &unit, const voroquad::Bounds<D> &domain) {
+    const std::vector<double> coordinates = moved<D>(unit, domain);
+    const std::size_t n = coordinates.size() / D;
+    const voroquad::PointView<D> points(coordinates.data(), n);
+    std::vector<double> measures(n);
+    voroquad::CellWorkspace<D> work;
+    voroquad::cell_measures<D>(points, domain, measures.data(), work);
+    double volume = 1.0, border = 0.0;
+    for (std::size_t a = 0; a < D; ++a) volume *= domain.box.hi[a] - domain.box.lo[a];
+    check_shares<D>(measures, volume);
+    for (std::size_t a = 0; a < D; ++a)
+        if (!domain.periodic[a]) border += 2.0 * volume / (domain.box.hi[a] - domain.box.lo[a]);
+    for (const double b : voroquad::cell_neighbours<D>(points, domain).border) border -= b;
+    require(std::abs(border) <= 1e-10, "border", D, n, border);
+}
+
+// The simplex below the diagonal of the unit box; points above it are put on its wall.
+template <std::size_t D>
+void check_simplex(std::vector<double> coordinates) {
+    const double root = std::sqrt(static_cast<double>(D));
+    const std::size_t n = coordinates.size() / D;
+    for (std::size_t i = 0; i < n; ++i) {
+        double sum = 0.0;
+        for (std::size_t a = 0; a < D; ++a) sum += coordinates[D * i + a];
+        if (sum > 1.0)
+            for (std::size_t a = 0; a < D; ++a) coordinates[D * i + a] /= sum;
+    }
+    voroquad::Wall<D> wall;
+    wall.normal.fill(1.0 / root);
+    wall.offset = 1.0 / root;
+    std::vector<double> measures(n);
+    const voroquad::PointView<D> points(coordinates.data(), n);
+    const voroquad::ConvexDomain<D> simplex{voroquad::Domain::box, {wall}};
+    voroquad::cell_measures_in<D>(points, simplex, measures.data());
+    check_shares<D>(measures, D == 2 ? 0.5 : 1.0 / 6.0);
+}
+
+// The ball or cylinder that touches the shortest side of a box, or reaches half as far.
+template <std::size_t D>
+void check_round(const std::vector<double> &unit, voroquad::Bounds<D> domain, bool half) {
+    double radius = domain.box.hi[0] - domain.box.lo[0];
+    voroquad::Point<D> centre;
+    for (std::size_t a = 0; a < D; ++a) {
+        radius = std::min(radius, domain.box.hi[a] - domain.box.lo[a]);
+        centre[a] = 0.5 * (domain.box.lo[a] + domain.box.hi[a]);
+    }
+    radius *= half ? 0.25 : 0.5;
+    domain.periodic[0] = domain.periodic[1] = false;
+    const double disc = std::numbers::pi * radius * radius;
+    std::vector<double> measures(unit.size() / D);
+    if constexpr (D == 3) {
+        const std::vector<double> coordinates = moved<D>(unit, domain);
+        voroquad::cell_measures_in_cylinder({coordinates.data(), measures.size()}, domain,
+                                            {centre[0], centre[1]}, radius, measures.data());
+        check_shares<D>(measures, disc * (domain.box.hi[2] - domain.box.lo[2]));
+        domain.periodic[2] = false;
+    }
+    const std::vector<double> coordinates = moved<D>(unit, domain);
+    voroquad::cell_measures_in_ball<D>({coordinates.data(), measures.size()}, domain, centre,
+                                       radius, measures.data());
+    check_shares<D>(measures, D == 2 ? disc : 4.0 / 3.0 * radius * disc);
+}
+
+template <std::size_t D>
+void check_elsewhere(std::vector<double> coordinates, unsigned kind) {
+    coordinates.resize(coordinates.size() / D * D);
+    if (coordinates.size() < 2 * D) return;
+    std::uint64_t word;
+    std::memcpy(&word, coordinates.data(), sizeof word);
+    const auto domain = box_of<D>(static_cast<unsigned>(word * 0x9E3779B97F4A7C15ULL >> 40));
+    if constexpr (D > 1) {
+        if (kind == 1) return check_simplex<D>(std::move(coordinates));
+        if (kind > 1) return check_round<D>(coordinates, domain, kind == 3);
+    }
+    check_box<D>(coordinates, domain);
+}
+
 // Eight bytes make a coordinate. Most are rounded to few bits, so that ties are common.
 double coordinate(const std::uint8_t *bytes) {
     std::uint64_t word;
@@ -119,6 +226,13 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t *data, std::size_t size
         points.push_back(coordinate(data + i));
     const auto domain = data[0] & 4 ? voroquad::Domain::torus : voroquad::Domain::box;
     const bool shapes = data[0] & 8;
+    if (data[0] & 16) {
+        const unsigned kind = data[0] >> 5 & 3;
+        if ((data[0] & 3) == 0) check_elsewhere<1>(points, kind);
+        else if ((data[0] & 3) == 1) check_elsewhere<2>(points, kind);
+        else check_elsewhere<3>(points, kind);
+        return 0;
+    }
     switch (data[0] & 3) {
     case 0:
         check<1>(points, domain, shapes);

@@ -8,90 +8,15 @@ A short run is part of the suite. The long one draws 20 000 sets for each test, 
 from __future__ import annotations
 
 import itertools
-import math
-from fractions import Fraction
 
 import numpy as np
 import pytest
 from any_points import any_set
+from exact_cells import exact_measures
 from hypothesis import example, given
 from hypothesis import strategies as st
 
 import voroquad as vq
-
-
-def exact_measures(points: np.ndarray, periodic: bool | list[bool], bounds: np.ndarray | None = None) -> np.ndarray:
-    """Cell measures from exact half-spaces with whole coefficients, in the box (d, 2), by default the unit box."""
-    d = points.shape[1]
-    wraps = np.broadcast_to(periodic, (d,)).tolist()
-    exact = [[Fraction(c) for c in point] for point in points.tolist()]
-    box = [[Fraction(end) for end in side] for side in ([[0, 1]] * d if bounds is None else bounds.tolist())]
-    unit = 2 * math.lcm(*(c.denominator for point in exact + box for c in point))
-    sites = [tuple(int(c * unit) for c in point) for point in exact]
-    sides = [[int(end * unit) for end in side] for side in box]
-    turns = list(
-        itertools.product(*([lo - hi, 0, hi - lo] if w else [0] for (lo, hi), w in zip(sides, wraps, strict=True)))
-    )
-    distinct = set(sites)
-    measure = {}
-    for site in distinct:
-        half_spaces, reach = [], []
-        for axis, (lo, hi) in enumerate(sides):
-            to_faces = [(hi - lo) // 2] * 2 if wraps[axis] else [site[axis] - lo, hi - site[axis]]
-            reach.append(to_faces)
-            for side, to_face in zip((-1, 1), to_faces, strict=True):
-                half_spaces.append([side * (a == axis) for a in range(d)] + [to_face])
-        for other, turn in itertools.product(distinct - {site}, turns):
-            q = [b + t - a for a, b, t in zip(site, other, turn, strict=True)]
-            farthest = sum(max(-c * below, c * above) for c, (below, above) in zip(q, reach, strict=True))
-            if sum(c * c for c in q) < 2 * farthest:  # else it misses the box
-                half_spaces.append([*(2 * c for c in q), sum(c * c for c in q)])
-        measure[site] = polytope_measure(half_spaces, unit)
-    return np.array([measure[site] / sites.count(site) for site in sites])
-
-
-def polytope_measure(half_spaces: list[list[int]], unit: int) -> float:
-    """Length, area or volume, in units, of all y with a·y ≤ c for each row [*a, c]; a bounded set.
-
-    The volume is a sum over faces, a d-th of height times area, and so on for the faces
-    (J. B. Lasserre, "An analytical expression and an algorithm for the volume of a convex
-    polyhedron in R^n", J. Optim. Theory Appl. 39, 1983). A face is measured where it is projected
-    along a coordinate axis; only lengths are rounded.
-    """
-    rows = set()
-    for row in half_spaces:
-        if any(row[:-1]):
-            divisor = math.gcd(*row)
-            rows.add(tuple(c // divisor for c in row))
-        elif row[-1] < 0:
-            return 0.0  # no y at all
-    if len(half_spaces[0]) == 2:
-        a, c = least_fraction([(a, c) for a, c in rows if a > 0])
-        b, e = least_fraction([(-a, c) for a, c in rows if a < 0])
-        length = c * b + e * a  # from −e/b to c/a, times a b
-        return length / (a * b * unit) if length > 0 else 0.0
-    total = 0.0
-    for face in rows:
-        axis = max(range(len(face) - 1), key=lambda k: abs(face[k]))
-        pivot = face[axis]
-        sign = 1 if pivot > 0 else -1
-        on_face = [
-            [abs(pivot) * row[k] - sign * row[axis] * face[k] for k in range(len(face)) if k != axis]
-            for row in rows
-            if row != face
-        ]
-        if area := polytope_measure(on_face, unit):
-            total += face[-1] / (abs(pivot) * unit) * area
-    return total / (len(half_spaces[0]) - 1)
-
-
-def least_fraction(ends: list[tuple[int, int]]) -> tuple[int, int]:
-    """The least of the fractions c/a, each given as (a, c) with a > 0."""
-    least = ends[0]
-    for a, c in ends[1:]:
-        if c * least[0] < least[1] * a:
-            least = (a, c)
-    return least
 
 
 def few(points: np.ndarray, most: tuple[int, int, int]) -> np.ndarray:

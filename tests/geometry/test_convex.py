@@ -39,7 +39,7 @@ def test_equals_qhull(d, n, seed):
     hull = random_hull(rng, d)
     points = points_in(rng, hull, n)
     vertices = vq.cells(points, domain=hull.points[hull.vertices])
-    np.testing.assert_allclose(vertices.measures, mirrored_measures(points, hull), rtol=1e-7, atol=1e-9 * hull.volume)
+    np.testing.assert_allclose(vertices.measures, mirrored_measures(points, hull), rtol=0, atol=1e-10 * hull.volume)
     assert vertices.measures.sum() == pytest.approx(hull.volume, rel=1e-12)
     half_spaces = vq.cells(points, domain=(3 * hull.equations[:, :-1], -3 * hull.equations[:, -1]))
     np.testing.assert_allclose(half_spaces.measures, vertices.measures, rtol=0, atol=1e-12 * hull.volume)

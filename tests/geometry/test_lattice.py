@@ -54,7 +54,7 @@ def test_equals_qhull_on_repeated_points(d, n, seed):
     theirs = repeated_measures(points, vectors)
     anywhere = points + rng.integers(-3, 4, (n, d)) @ vectors
     ours = vq.cells(anywhere, cell=sheared(rng, vectors))
-    np.testing.assert_allclose(ours.measures, theirs, rtol=0, atol=1e-9 * theirs.sum())
+    np.testing.assert_allclose(ours.measures, theirs, rtol=0, atol=1e-10 * theirs.sum())
 
 
 @pytest.mark.parametrize("n", [1, 3, 500])
@@ -66,6 +66,22 @@ def test_equals_voro_pp(n):
     theirs = pyvoro2.compute(points, domain=pyvoro2.PeriodicCell(vectors.tolist())).cell_measures
     ours = vq.cells(points, cell=sheared(rng, vectors)).measures
     np.testing.assert_allclose(ours, theirs, rtol=0, atol=1e-10 * np.sum(theirs))
+
+
+@pytest.mark.parametrize("n", [20, 1000])
+def test_equals_freud(n):
+    """Which takes single precision: of places and vectors that are whole multiples of 2⁻¹⁰."""
+    freud = pytest.importorskip("freud")
+    rng = np.random.default_rng(n)
+    box = freud.box.Box(Lx=8, Ly=6, Lz=5, xy=0.25, xz=-0.5, yz=0.125)
+    vectors = box.to_matrix().T
+    np.testing.assert_array_equal(vectors, [(8, 0, 0), (1.5, 6, 0), (-2.5, 0.625, 5)])
+    periods = rng.integers(-(2**6), 2**6, (n, 3)) / 2**7  # of the cell about the origin
+    points = periods @ vectors
+    np.testing.assert_array_equal(points, points.astype(np.float32))
+    theirs = freud.locality.Voronoi().compute((box, points)).volumes
+    assert len(np.unique(points, axis=0)) == n, "freud knows no points that coincide"
+    np.testing.assert_allclose(vq.cells(points, cell=vectors).measures, theirs, rtol=0, atol=1e-10 * box.volume)
 
 
 @given(points=any_set(max_size=15).filter(lambda x: x.shape[1] > 1), seed=st.integers(0, 2**32))

@@ -17,6 +17,8 @@ from .bounds import Bounds
 FLAT = 1e-12
 #: How many roundings of the largest coordinate a point may lie outside
 ROUNDINGS = 16
+#: How far outside, relative to the largest coordinate, a point may stay: measures do not depend on it to 1e-15
+UNSEEN = 1e-15
 
 
 class ConvexDomain(Bounds):
@@ -52,8 +54,7 @@ class ConvexDomain(Bounds):
         return (self._walls[:, -1] - places @ self._walls[:, :-1].T).min(axis=-1)
 
     def _drawn_in(self, points: Array) -> Array:
-        deepest = self.depth(points)
-        outside = deepest < 0
+        outside = self.depth(points) < -UNSEEN * np.abs(self.sides).max()
         if not outside.any():
             return points
         points, moved = points.copy(), points[outside]

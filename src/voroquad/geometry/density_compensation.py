@@ -175,8 +175,11 @@ def _in_ball(positions: Array, threads: int) -> Array:
     radius = radius_of(positions)
     if radius == 0:
         raise ValueError('rim="ball" needs a trajectory that leaves the origin; use rim="box"')
-    in_unit_box = np.clip(positions / (2 * radius) + 0.5, 0, 1)
-    return (2 * radius) ** positions.shape[1] * _core.measures_in_ball(in_unit_box[None], threads)
+    box = Bounds(positions.shape[1], (-radius, radius))
+    inside = box.to_core(np.clip(positions, -radius, radius))
+    centre = np.zeros(box.d)
+    measures = _core.measures_in_ball(inside[None], *box.in_core, centre, box.length_in_core(radius), threads)
+    return box.measures_from_core(measures)
 
 
 def _in_cylinder(positions: Array, sides: Array | None, threads: int) -> Array:
@@ -193,5 +196,6 @@ def _in_cylinder(positions: Array, sides: Array | None, threads: int) -> Array:
     ends = (-0.5, 0.5) if sides is None else sides[axis]
     box = Bounds(3, [(-radius, radius), (-radius, radius), ends], [False, False, sides is None])
     inside = box.to_core(np.clip(positions[:, order], *box.sides.T))
-    measures = _core.measures_in_cylinder(inside[None], *box.in_core, box.length_in_core(radius), threads)
+    centre = np.zeros(2)
+    measures = _core.measures_in_cylinder(inside[None], *box.in_core, centre, box.length_in_core(radius), threads)
     return box.measures_from_core(measures)

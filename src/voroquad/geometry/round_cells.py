@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import NoReturn
 
 import numpy as np
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from .. import _core
 from .._support.arrays import Array
@@ -58,18 +58,16 @@ class RoundCells(Cells):
         return measures if self._points.ndim == 3 else measures[0]
 
     def _in_ball(self, points: Array) -> Array:
-        diameter = 2 * self._radius
-        at = np.clip((self._bounds.from_core(points) - self._centre) / diameter + 0.5, 0, 1)
-        return diameter**self._bounds.d * _core.measures_in_ball(at[None], self._threads)
+        return self._bounds.measures_from_core(_core.measures_in_ball(points[None], *self._in_core, self._threads))
 
     def _in_cylinder(self, points: Array) -> Array:
-        centred = self._bounds.from_core(points)
-        centred[:, :2] -= self._centre
-        sides = np.concatenate([np.tile([-self._radius, self._radius], (2, 1)), self._bounds.sides[2:]])
-        box = Bounds(3, sides, self._bounds.periodic)
-        inside = box.to_core(np.clip(centred, *sides.T))
-        radius = box.length_in_core(self._radius)
-        return box.measures_from_core(_core.measures_in_cylinder(inside[None], *box.in_core, radius, self._threads))
+        return self._bounds.measures_from_core(_core.measures_in_cylinder(points[None], *self._in_core, self._threads))
+
+    @property
+    def _in_core(self) -> tuple[Array, NDArray[np.bool_], Array, float]:
+        """Sides, periodic axes, centre and radius as the core takes them, so that no digit of a point is lost."""
+        sides, periodic = self._bounds.in_core
+        return sides, periodic, sides.mean(axis=1), self._bounds.length_in_core(self._radius)
 
     def _outlines(self) -> NoReturn:
         self._refuse("outlines")
