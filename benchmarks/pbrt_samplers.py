@@ -32,6 +32,7 @@ def register() -> None:
         """Draws its numbers from the tables of Sobol' sequences without crossing."""
 
         name = ""
+        one_period = False  # wavelengths as Mitsuba draws them
 
         def clone(self) -> Any:
             props = mi.Properties(self.name)

@@ -170,6 +170,30 @@ def pbrt_table() -> str:
     return markdown(rows, "lr")
 
 
+def summary_table() -> str:
+    """Geometric means of ratios of errors over the scenes."""
+    rows = [["", "spp", "geometric mean", "scenes", "below 1 in", "largest"]]
+    last = ""
+    for r in read(RESULTS / "sampler_summary.csv"):
+        label = r["quantity"] if r["quantity"] != last else ""
+        largest = f"{float(r['worst']):.2f} ({r['worst_scene']})"
+        rows.append([label, r["spp"], f"{float(r['geometric_mean']):.2f}", r["scenes"], r["below_one"], largest])
+        last = r["quantity"]
+    return markdown(rows, "lrrrrl")
+
+
+def directions_table() -> str:
+    """What weights do to sets of directions at the first hit."""
+    rows = [["scene", "spp", "sets", "equal weights", "weights", "gain", "blend"]]
+    for r in read(RESULTS / "directions.csv"):
+        mse = [float(r[name]) for name in ("mse", "weighted_mse", "blend_mse")]
+        gain = f"{mse[0] / mse[1]:.2f}"
+        rows.append(
+            [r["scene"], r["spp"], r["samples"], scientific(mse[0]), scientific(mse[1]), gain, scientific(mse[2])]
+        )
+    return markdown(rows, "lrl")
+
+
 def blocks_table() -> str:
     """Errors of owensobol by the size of blocks, over those of the default."""
     rows = [["scene", "pixels a side", "MSE", "spread of the MSE", "ꟻLIP", "MSE, blurred"]]

@@ -278,8 +278,8 @@ Scene = Annotated[str, typer.Argument(help="Mitsuba XML file, or a built-in scen
 Domain = Annotated[
     str,
     typer.Option(
-        help="What the sets sample: lens, time, wavelength, light, pixel, or several, such as pixel+time; auto: "
-        "what the scene has."
+        help="What the sets sample: lens, time, wavelength, light, direction, pixel, or several, such as pixel+time; "
+        "auto: what the scene has."
     ),
 ]
 Size = Annotated[str | None, typer.Option(help="Width and height of the image, such as 320x240.")]

@@ -1,4 +1,5 @@
-"""Light at the first hit: the mean of Mitsuba's path tracers, with less noise where the emitter sample makes it."""
+"""Light at the first hit: the mean of Mitsuba's path tracers, with less noise where the sample that is weighed makes
+it."""
 
 from __future__ import annotations
 
@@ -11,7 +12,7 @@ from voroquad.mitsuba.errors import one_line_errors
 
 pytestmark = pytest.mark.usefixtures("one_thread")
 
-#: Where the sets sample the light, each a rule without bias
+#: Where the sets sample the light, a rule without bias
 RULE = {"domain": "light", "sampler": "stratified", "debias": "leave-one-out", "sets": 64, "blend": "off"}
 
 
@@ -78,6 +79,27 @@ NESTED = [
 ]
 
 
+BY_DIRECTIONS = {"type": "direct", "emitter_samples": 0, "bsdf_samples": 1}
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize(("scene", "nested"), [(box, {"type": "path", "max_depth": 4}), (wall, BY_DIRECTIONS)])
+def test_directions_have_the_mean_of_the_nested_integrator(scene, nested, pixel_z):
+    """Of glass and rough metal too; not so the cells of uniform directions, whose weights are biased."""
+    scene = scene()
+    many = np.stack(images(scene, 8, 1024, **nested))[..., :3]
+
+    def excess(**rule):
+        got = images(scene, 40, type="reweighted", nested=nested, **RULE | {"domain": "direction"} | rule)
+        return pixel_z([i[..., :3] for i in got], many.mean(0), many.var(0, ddof=1) / 8)
+
+    own, largest = excess()
+    assert own < 5
+    assert largest < 7
+    if nested is BY_DIRECTIONS:
+        assert excess(sampler="uniform", debias="none")[0] > 10
+
+
 @pytest.mark.statistical
 @pytest.mark.parametrize("nested", NESTED)
 def test_mean_is_that_of_the_nested_integrator(nested, pixel_z):
@@ -125,10 +147,13 @@ def test_paths_that_survive_the_roulette_count_for_those_that_do_not():
     assert played == pytest.approx(never, rel=0.02)
 
 
-@pytest.mark.parametrize("nested", [{"type": "path", "max_depth": 4}, {"type": "prb", "max_depth": 4}])
-def test_the_scenes_own_light_samples_make_the_path_tracers_image(nested):
-    scene = box()
-    own = {"type": "reweighted", "domain": "light", "sampler": "scene", "weighted": False, "nested": nested}
+@pytest.mark.parametrize(
+    ("domain", "nested"),
+    [("light", "path"), ("light", "prb"), ("direction", "path"), ("light+direction", "path")],
+)
+def test_the_scenes_own_samples_make_the_path_tracers_image(domain, nested):
+    scene, nested = box(), {"type": nested, "max_depth": 4}
+    own = {"type": "reweighted", "domain": domain, "sampler": "scene", "weighted": False, "nested": nested}
     got, expected = images(scene, 1, 16, **own)[0], images(scene, 1, 16, **nested)[0]
     np.testing.assert_allclose(got, expected, rtol=1e-4, atol=1e-5)
 
@@ -144,6 +169,19 @@ def test_noise_of_a_large_light():
         return np.mean((np.stack(images(scene, 6, 64, **common, **properties)) - truth) ** 2)
 
     assert mse(sampler="uniform") < mse(sampler="uniform", weighted=False) / 2.5
+    assert mse(sampler="stratified") < mse(sampler="stratified", weighted=False)
+
+
+def test_noise_of_directions():
+    """2 × below uniform directions: of a wall that finds its lamp by directions alone."""
+    scene = wall()
+    common = {"type": "reweighted", "domain": "direction", "jitter": False, "blend": "off", "nested": BY_DIRECTIONS}
+    truth = np.mean(images(scene, 2, 2048, samples=1024, sampler="sobol", weighted=False, **common), 0)
+
+    def mse(**properties):
+        return np.mean((np.stack(images(scene, 6, 64, **common, **properties)) - truth) ** 2)
+
+    assert mse(sampler="uniform") < mse(sampler="uniform", weighted=False) / 2
     assert mse(sampler="stratified") < mse(sampler="stratified", weighted=False)
 
 
@@ -225,6 +263,13 @@ def test_derivatives_through_prb_have_equal_weights():
 def test_nested_integrators_that_do_not_fit(nested, message):
     with pytest.raises(ValueError, match=message), one_line_errors():
         mi.load_dict({"type": "reweighted", "domain": "light", "nested": nested})
+
+
+def test_directions_need_a_bsdf_sample():
+    nested = {"type": "direct", "emitter_samples": 1, "bsdf_samples": 0}
+    message = "'direction' needs .* one BSDF sample and at most one emitter"
+    with pytest.raises(ValueError, match=message), one_line_errors():
+        mi.load_dict({"type": "reweighted", "domain": "direction", "nested": nested})
 
 
 def test_prb_is_known_after_a_change_of_variant():

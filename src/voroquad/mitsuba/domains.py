@@ -20,6 +20,8 @@ class CameraSample:
     time: Any  # mi.Float, between shutter opening and closing
     wavelength: Any  # mi.Float
     light: Any = None  # mi.Point2f, of the emitter sample at the first hit; None: the nested integrator's own
+    lobe: Any = None  # mi.Float, which part of the BSDF the BSDF sample at the first hit takes; None likewise
+    direction: Any = None  # mi.Point2f, of that BSDF sample's direction; None likewise
     factor: Any = None  # mi.Float, N·w of the set's sample; None where no set is weighed
     noise: Any = None  # mi.Float, N·c of its noise contrast (voroquad.mitsuba.contrasts); None likewise
 
@@ -120,11 +122,16 @@ class Wavelength(Domain):
             )
 
     def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
-        drawn.wavelength = u[0] / dr.size_v(mi.Spectrum)  # of 4: exact, hence below 1/4 as v is below 1
+        drawn.wavelength = within_period(u[0])
 
     def coordinates(self, drawn: CameraSample) -> list[mi.Float]:
         periods = drawn.wavelength * dr.size_v(mi.Spectrum)
         return [periods - dr.floor(periods)]
+
+
+def within_period(v: mi.Float) -> mi.Float:
+    """The coordinate u of wavelengths, within one of its periods, of v in [0, 1)."""
+    return v / dr.size_v(mi.Spectrum)  # of 4: exact, hence below 1/4 as v is below 1
 
 
 class Light(Domain):
@@ -141,6 +148,18 @@ class Light(Domain):
 
     def coordinates(self, drawn: CameraSample) -> list[mi.Float]:
         return [*drawn.light]
+
+
+class Direction(Domain):
+    """The BSDF sample at the first hit: the direction in which the path goes on, d = 2."""
+
+    name, dimension = "direction", 2
+
+    def place(self, drawn: CameraSample, u: list[mi.Float]) -> None:
+        drawn.direction = mi.Point2f(u)
+
+    def coordinates(self, drawn: CameraSample) -> list[mi.Float]:
+        return [*drawn.direction]
 
 
 class Joint(Domain):
@@ -164,7 +183,16 @@ class Joint(Domain):
         return [u for part in self.parts for u in part.coordinates(drawn)]
 
 
-DOMAINS: dict[str, type[Domain]] = {domain.name: domain for domain in (Lens, Time, Wavelength, Light, Pixel)}
+DOMAINS: dict[str, type[Domain]] = {domain.name: domain for domain in (Lens, Time, Wavelength, Light, Direction, Pixel)}
+
+
+#: Those that are samples at the first hit, which the plug-in follows camera rays to itself
+AT_FIRST_HIT = (Light.name, Direction.name)
+
+
+def at_first_hit(name: str) -> list[str]:
+    """The parts of a domain's name that are samples at the first hit."""
+    return [part for part in name.split("+") if part in AT_FIRST_HIT]
 
 
 def find_domain(name: str) -> Domain:

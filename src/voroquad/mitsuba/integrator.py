@@ -19,7 +19,7 @@ from .bands import table_of
 from .blend import TILE, Floats
 from .contrasts import noise_contrasts
 from .developing import has_alpha
-from .domains import CameraSample, Joint, find_domain
+from .domains import CameraSample, Joint, at_first_hit, find_domain
 from .lights import FirstHit
 from .plain import Plain, whole
 from .properties import read_property
@@ -50,8 +50,9 @@ class Reweighted(Plain):
      * - domain
        - |string|
        - What the sets sample: ``lens``, the aperture of a thin lens; ``time``, between opening and closing of the
-         shutter; ``wavelength``, in a spectral variant; ``light``, the emitter sample at the first hit; ``pixel``, its
-         area; or several of them at once, such as ``pixel+time``. (Default: ``lens``)
+         shutter; ``wavelength``, in a spectral variant; ``light``, the emitter sample at the first hit; ``direction``,
+         the BSDF sample there; ``pixel``, its area; or several of them at once, such as ``pixel+time``. (Default:
+         ``lens``)
      * - sampler
        - |string|
        - Design of the sets: ``uniform``, ``stratified``, ``multi-jittered``, ``regular``, ``sobol``,
@@ -103,18 +104,19 @@ class Reweighted(Plain):
     -----
     Sample i of a set of N multiplies its ray's weight by N·w_i. The image is then Σ w f over the set, with f averaged
     over everything else that the path samples: w depends on the set's coordinates only, so unbiased weights give an
-    unbiased image. With the domain ``light`` alone, the weights multiply what the emitter sample brings, and nothing
-    else. Weights that sum to 1 (of all rules but ``bias-function``) leave a constant image constant, exactly. A filter
-    wider than a pixel gives each pixel parts of sets: it is divided by the sum of weights times filter values, not by
-    that of the filter values alone. Extra channels (``aov`` inside) and alpha are not weighted. With ``jitter`` false
-    the image is that of point samples at the pixel centres. The same seeds give the same bits on any number of threads
-    (on processors).
+    unbiased image. With the domain ``light`` alone, the weights multiply what the emitter sample brings, with
+    ``direction`` alone what the BSDF sample brings, and nothing else. Weights that sum to 1 (of all rules but
+    ``bias-function``) leave a constant image constant, exactly. A filter wider than a pixel gives each pixel parts of
+    sets: it is divided by the sum of weights times filter values, not by that of the filter values alone. Extra
+    channels (``aov`` inside) and alpha are not weighted. With ``jitter`` false the image is that of point samples at
+    the pixel centres. The same seeds give the same bits on any number of threads (on processors).
 
     Blend chooses λ by other pixels. A film of fewer than 16 pixels has too few; there λ is chosen by the earlier sets
     of the same pixels, which must be 8 or more.
 
     Derivatives are those of the image without blend, divided by the sum of filter values alone; through ``prb`` and its
-    kin with the domain ``light``, they have the image's mean but emitter samples of their own, and equal weights.
+    kin with the domain ``light`` or ``direction``, they have the image's mean but such samples of their own, and equal
+    weights.
     """
 
     plugin_name = "reweighted"
@@ -124,7 +126,9 @@ class Reweighted(Plain):
         self.domain = find_domain(read_property(props, "domain", "lens"))
         if "pixel" in self.domain.name and not self.jitter:
             raise ValueError(f"jitter must be true for domain {self.domain.name!r}: it samples the pixel's area")
-        self._first_hit = FirstHit(self.nested) if "light" in self.domain.name else None
+        self._first_hit: FirstHit | None = None
+        for part in at_first_hit(self.domain.name):
+            self._first_hit = FirstHit(self.nested, part)
         self.weighted = read_property(props, "weighted", True)
         self.blend = one_of("blend", read_property(props, "blend", "auto"), ("auto", "off")) == "auto" and self.weighted
         # One half of the pixels chooses λ for the other: they must be independent
@@ -290,6 +294,8 @@ class Reweighted(Plain):
         """Weigh the sets that the sampler itself has drawn."""
         if self._first_hit is not None:
             drawn.light = mi.Point2f(sampler.next_2d())  # what a path tracer draws next
+            if "direction" in self.domain.name:
+                drawn.lobe, drawn.direction = sampler.next_1d(), mi.Point2f(sampler.next_2d())
         if self.weighted:
             u = self.domain.coordinates(drawn)
             dr.eval(u)
@@ -319,7 +325,7 @@ class Reweighted(Plain):
 
     @property
     def _weighs_all(self) -> bool:
-        """Do the weights multiply all that a ray brings, not only the emitter sample at its first hit?"""
+        """Do the weights multiply all that a ray brings, not only one sample at its first hit?"""
         return self._first_hit is None or isinstance(self.domain, Joint)
 
     def sample_rays(
@@ -334,7 +340,8 @@ class Reweighted(Plain):
     def lent_rays(
         self, scene: mi.Scene, sensor: mi.Sensor, sampler: mi.Sampler
     ) -> tuple[mi.RayDifferential3f, mi.Spectrum, mi.Point2f]:
-        """With equal weights where the nested integrator draws light samples of its own: the weights know others."""
+        """With equal weights where the nested integrator draws samples at the first hit of its own: the weights know
+        others."""
         if self._first_hit is None:
             return super().lent_rays(scene, sensor, sampler)
         rays = super().sample_rays(scene, sensor, sampler)
@@ -356,10 +363,12 @@ class Reweighted(Plain):
         if self._first_hit is None:
             radiance, valid, aovs = super().follow(scene, sampler, rays, active, alpha=alpha)
             return radiance, mi.Spectrum(0), valid, aovs
-        light = self._first_hit.trace(scene, sampler, rays.ray, rays.drawn.light, active)
+        light = self._first_hit.trace(scene, sampler, rays.ray, rays.drawn, active)
         if self._weighs_all:
-            return light.sampled + light.rest, mi.Spectrum(0), light.valid, []
-        return light.sampled, light.rest, light.valid, []
+            return light.emitted + light.light + light.direction, mi.Spectrum(0), light.valid, []
+        if self.domain.name == "direction":
+            return light.direction, light.emitted + light.light, light.valid, []
+        return light.light, light.emitted + light.direction, light.valid, []
 
     def layout(self, film: mi.Film) -> Layout:
         """The columns of the sums over rays."""

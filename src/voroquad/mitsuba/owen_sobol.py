@@ -104,6 +104,9 @@ class OwenSobol(mi.Sampler):
     [0, 1, 2, 3]
     """
 
+    #: Do `Plain` and its kin draw wavelengths within one period, so that all strata tell them apart?
+    one_period = True
+
     def __init__(self, props: mi.Properties) -> None:
         super().__init__(props)
         positive_int("sample_count", self.sample_count())

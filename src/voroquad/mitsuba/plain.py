@@ -12,7 +12,7 @@ from mitsuba.python.ad.integrators.common import ADIntegrator
 from .accumulation import Contributions, Footprint, Layout, Pass, pixel_means, quotient
 from .blend import Floats
 from .developing import base_channels, channel_names, develop, has_alpha
-from .domains import CameraSample
+from .domains import CameraSample, within_period
 from .loading import check_film
 from .owen_sobol import OwenSobol
 from .properties import nested_objects, read_property
@@ -23,8 +23,8 @@ from .tracing import CameraRays, check_differentiable, colour, tracer_of
 class Plain(ADIntegrator):
     """Renders through a nested integrator, with all camera samples from the scene's sampler (``plain``).
 
-    The baseline of ``reweighted``. Its image is the nested integrator's own; with `jitter` false, that of rays through
-    the pixel centres.
+    The baseline of ``reweighted``. Its image is the nested integrator's own (but see the notes); with `jitter` false,
+    that of rays through the pixel centres.
 
     .. pluginparameters::
 
@@ -42,6 +42,10 @@ class Plain(ADIntegrator):
     Notes
     -----
     A subclass replaces coordinates of the camera sample (`camera_sample`).
+
+    In a spectral variant, what a path brings is a function of its wavelength sample u with a period of ¼, as it carries
+    four wavelengths. With the sampler ``owensobol``, u lies in one period, so that all of its strata count; with others
+    it is as Mitsuba draws it, and the image is the nested integrator's own.
     """
 
     plugin_name = "plain"
@@ -128,6 +132,8 @@ class Plain(ADIntegrator):
         lens = mi.Point2f(sampler.next_2d()) if sensor.needs_aperture_sample() else mi.Point2f(0.5)
         time = sampler.next_1d() if sensor.shutter_open_time() > 0 else mi.Float(0)
         wavelength = sampler.next_1d() if mi.is_spectral else mi.Float(0)
+        if mi.is_spectral and isinstance(sampler, OwenSobol) and sampler.one_period:
+            wavelength = within_period(wavelength)
         return CameraSample(pixel, lens, time, wavelength)
 
     def camera_rays(self, sensor: mi.Sensor, sampler: mi.Sampler, band: range | None = None) -> CameraRays:
