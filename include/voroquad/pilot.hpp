@@ -17,8 +17,10 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <optional>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include <voroquad/detail/check.hpp>
@@ -36,7 +38,8 @@
 namespace VOROQUAD {
 
 // In this order: grid() is filled with values at centres(), plan(), then for each of its parts, in
-// any order, draw() and samples(), and add() takes their values. difficulty() may come
+// any order, draw() and samples(), and add() takes their values. Several parts may be drawn before
+// the first is added; they are added in the order in which they were drawn. difficulty() may come
 // between grid() and plan().
 template <std::size_t D>
 class PilotRule {
@@ -70,6 +73,7 @@ public:
         keys_.assign(keys, keys + sequences * D);
         scrambled_.assign(sequences, std::nullopt);
         sums_.assign(fields_, {});
+        drawn_.clear();
     }
 
     std::size_t cells() const { return cells_; }
@@ -79,9 +83,16 @@ public:
 
     // The centres of cells in C order, all first coordinates first: (D, end − begin)
     static void centres(std::size_t k, std::size_t begin, std::size_t end, double *out) {
-        for (std::size_t a = 0, step = power(k) / k; a < D; ++a, step /= k)
-            for (std::size_t i = begin; i < end; ++i)
-                *out++ = (static_cast<double>(i / step % k) + 0.5) / static_cast<double>(k);
+        for (std::size_t a = 0, step = power(k) / k; a < D; ++a, step /= k) {
+            std::size_t at = begin / step % k, left = step - begin % step; // cells with that index
+            for (std::size_t i = begin; i < end;) {
+                const std::size_t n = std::min(left, end - i);
+                out = std::fill_n(out, n, (static_cast<double>(at) + 0.5) / static_cast<double>(k));
+                i += n;
+                at = at + 1 == k ? 0 : at + 1;
+                left = step;
+            }
+        }
     }
 
     // Chooses stencils and numbers of samples, at most `samples` in all and one in each cell or
@@ -123,7 +134,9 @@ public:
     template <class Pause = NoPause>
     std::size_t draw(std::size_t part, unsigned threads, Pause &&pause = {}) {
         VOROQUAD_CHECK(part < parts_.size(), "PilotRule: there is no such part");
-        drawn_.clear();
+        drawn_.push_back(std::move(spare_));
+        auto &[cells, offsets] = drawn_.back();
+        cells.clear();
         std::size_t n = 0;
         Part at = parts_[part];
         for (std::size_t c = 0; c < parts_[part].cells; ++c, at.order.advance()) {
@@ -132,42 +145,51 @@ public:
             cell.first = n;
             n += cell.samples();
             scramble(cell.sequence);
-            drawn_.push_back(cell);
+            cells.push_back(cell);
         }
-        offsets_.resize(n * D);
+        offsets.resize(n * D);
         const auto fill = [&](std::size_t begin, std::size_t end, unsigned) {
-            for (std::size_t c = begin; c < end; ++c) place(drawn_[c]);
+            for (std::size_t c = begin; c < end; ++c) place(cells[c], offsets.data());
         };
-        parallel_for(drawn_.size(), cells_of_a_chunk, threads, fill, pause);
+        parallel_for(cells.size(), cells_of_a_chunk, threads, fill, pause);
         return n;
     }
 
-    // The samples that draw() drew, all first coordinates first: (D, n)
-    void samples(double *out) const {
+    // The samples that draw() drew last, all first coordinates first: (D, n)
+    void samples(double *out, unsigned threads) const {
         const double side = static_cast<double>(k_);
-        const std::size_t n = offsets_.size() / D;
-        for (const Drawn &cell : drawn_)
-            for (std::size_t a = 0; a < D; ++a) {
-                const double centre = static_cast<double>(cell.at[a]) + 0.5;
-                for (std::size_t j = cell.first; j < cell.first + cell.samples(); ++j)
-                    out[a * n + j] = (centre + offsets_[j * D + a]) / side;
-            }
+        const auto &[cells, offsets] = drawn_.back();
+        const std::size_t n = offsets.size() / D;
+        const auto fill = [&](std::size_t begin, std::size_t end, unsigned) {
+            for (std::size_t c = begin; c < end; ++c)
+                for (std::size_t a = 0; a < D; ++a) {
+                    const Drawn &cell = cells[c];
+                    const double centre = static_cast<double>(cell.at[a]) + 0.5;
+                    for (std::size_t j = cell.first; j < cell.first + cell.samples(); ++j)
+                        out[a * n + j] = (centre + offsets[j * D + a]) / side;
+                }
+        };
+        parallel_for(cells.size(), cells_of_a_chunk, threads, fill);
     }
 
-    // Takes their values (fields, n).
+    // Takes the values (fields, n) of the samples that were drawn first of those without values.
     template <class Pause = NoPause>
     void add(const double *values, unsigned threads, Pause &&pause = {}) {
-        const std::size_t chunks = (drawn_.size() + cells_of_a_chunk - 1) / cells_of_a_chunk;
-        const std::size_t n = offsets_.size() / D;
+        VOROQUAD_CHECK(!drawn_.empty(), "PilotRule: no samples were drawn");
+        const auto &[cells, offsets] = drawn_.front();
+        const std::size_t chunks = (cells.size() + cells_of_a_chunk - 1) / cells_of_a_chunk;
+        const std::size_t n = offsets.size() / D;
         std::vector<detail::PilotSums> part(chunks * fields_);
         const auto body = [&](std::size_t begin, std::size_t end, unsigned) {
             for (std::size_t c = begin; c < end; ++c)
                 for (std::size_t f = 0; f < fields_; ++f)
-                    correct(drawn_[c], f, values + f * n,
+                    correct(cells[c], offsets.data(), f, values + f * n,
                             part[begin / cells_of_a_chunk * fields_ + f]);
         };
-        parallel_for(drawn_.size(), cells_of_a_chunk, threads, body, pause);
+        parallel_for(cells.size(), cells_of_a_chunk, threads, body, pause);
         for (std::size_t i = 0; i < part.size(); ++i) sums_[i % fields_].add(part[i]);
+        spare_ = std::move(drawn_.front());
+        drawn_.pop_front();
     }
 
     // Multiplies the values of a component by 2^power, on the grid and in the sums so far. It is
@@ -191,6 +213,12 @@ private:
         std::uint8_t sequence, level;
         std::size_t block, first;
         std::size_t samples() const { return std::size_t{1} << level; }
+    };
+
+    // Those of a part, and their samples: offsets from the cells' centres, (n, D)
+    struct Samples {
+        std::vector<Drawn> cells;
+        std::vector<double> offsets;
     };
 
     // Consecutive cells in Morton's order: the first, their number, and the blocks of each sequence
@@ -301,42 +329,42 @@ private:
     }
 
     // Its samples, relative to the centre in units of the cell
-    void place(const Drawn &cell) {
+    void place(const Drawn &cell, double *offsets) const {
         using Sequence = detail::ScrambledSobol<D>;
         const Sequence &sequence = *scrambled_[cell.sequence];
         std::uint64_t index = static_cast<std::uint64_t>(cell.block) << cell.level;
         typename Sequence::State digits = sequence.at(index);
-        double *out = &offsets_[cell.first * D];
+        double *out = offsets + cell.first * D;
         for (std::size_t j = 0; j < cell.samples(); ++j) {
             for (std::size_t a = 0; a < D; ++a) *out++ = Sequence::coordinate(digits[a]) - 0.5;
             sequence.advance(digits, index++);
         }
     }
 
-    void correct(const Drawn &cell, std::size_t field, const double *values,
+    void correct(const Drawn &cell, const double *offsets, std::size_t field, const double *values,
                  detail::PilotSums &sums) const {
         std::size_t index = 0;
         for (std::size_t a = 0; a < D; ++a) index += cell.at[a] * stride_[a];
         const double *grid = grid_.data() + field * room();
         switch (pick_[field * cells_ + index]) {
         case 0:
-            return correct_with<1>(cell, index, grid, values, sums);
+            return correct_with<1>(cell, offsets, index, grid, values, sums);
         case 1:
-            return correct_with<3>(cell, index, grid, values, sums);
+            return correct_with<3>(cell, offsets, index, grid, values, sums);
         case 2:
-            return correct_with<5>(cell, index, grid, values, sums);
+            return correct_with<5>(cell, offsets, index, grid, values, sums);
         case 3:
-            return correct_with<7>(cell, index, grid, values, sums);
+            return correct_with<7>(cell, offsets, index, grid, values, sums);
         case 4:
-            return correct_with<9>(cell, index, grid, values, sums);
+            return correct_with<9>(cell, offsets, index, grid, values, sums);
         default:
-            return correct_with<11>(cell, index, grid, values, sums);
+            return correct_with<11>(cell, offsets, index, grid, values, sums);
         }
     }
 
     template <std::size_t R>
-    void correct_with(const Drawn &cell, std::size_t index, const double *grid,
-                      const double *values, detail::PilotSums &sums) const {
+    void correct_with(const Drawn &cell, const double *offsets, std::size_t index,
+                      const double *grid, const double *values, detail::PilotSums &sums) const {
         const detail::Stencil &stencil = stencils_[(R - 1) / 2];
         const double centre = grid[index];
         std::array<std::size_t, D> at;
@@ -354,7 +382,7 @@ private:
         for (std::size_t j = cell.first; j < cell.first + cell.samples(); ++j) {
             if constexpr (R > 1)
                 for (std::size_t a = 0; a < D; ++a)
-                    detail::lagrange<R>(offsets_[j * D + a], at[a], stencil.inverse, w[a].data());
+                    detail::lagrange<R>(offsets[j * D + a], at[a], stencil.inverse, w[a].data());
             const double y = values[j], p = detail::contract<D, R>(grid, stride_, w), r = y - p;
             sum += r;
             halving.take(j - cell.first, r, cell.level, sums.differences);
@@ -391,8 +419,8 @@ private:
     int offset_ = 0;                   // that turns demand into levels
     std::vector<Part> parts_;
     std::vector<std::optional<detail::ScrambledSobol<D>>> scrambled_;
-    std::vector<Drawn> drawn_;    // of the part at hand
-    std::vector<double> offsets_; // of the samples from their cells' centres
+    std::deque<Samples> drawn_; // without values as yet
+    Samples spare_;             // whose memory the next takes
     std::vector<detail::PilotSums> sums_;
 };
 

@@ -2,10 +2,12 @@
 #include "arrays.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <string>
 
 #include <nanobind/stl/vector.h>
 
+#include <voroquad/detail/memory.hpp>
 #include <voroquad/pilot.hpp>
 
 using namespace voroquad;
@@ -56,7 +58,7 @@ void bind_rule(nb::module_ &m) {
         .def_static(
             "centres",
             [](std::size_t k, std::size_t begin, std::size_t end) {
-                std::vector<double> out((end - begin) * D);
+                detail::LargeArray<double> out((end - begin) * D);
                 Rule::centres(k, begin, end, out.data());
                 return own(std::move(out), {D, end - begin});
             },
@@ -84,15 +86,15 @@ void bind_rule(nb::module_ &m) {
         .def(
             "draw",
             [](Rule &self, std::size_t part, unsigned threads) {
-                std::vector<double> out;
+                std::optional<detail::LargeArray<double>> out;
                 const std::size_t n = [&] {
                     nb::gil_scoped_release release;
                     const std::size_t drawn = self.draw(part, threads, CheckSignals());
-                    out.resize(drawn * D);
-                    self.samples(out.data());
+                    out.emplace(drawn * D);
+                    self.samples(out->data(), threads);
                     return drawn;
                 }();
-                return own(std::move(out), {D, n});
+                return own(std::move(*out), {D, n});
             },
             "part"_a, "threads"_a, "The samples (d, n) of a part.")
         .def(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+import time
 import warnings
 from collections.abc import Callable
 
@@ -61,6 +62,39 @@ def test_threads_and_batches_change_no_bit(d):
         return r.integral.tobytes(), r.standard_error.tobytes(), r.n_evaluations
 
     assert bits(threads=1) == bits(threads=3) == bits(batch=1000) == bits(batch=7, threads=2)
+
+
+def test_threads_change_nothing_that_a_callback_gets(monkeypatch):
+    """While func is evaluated another thread adds the values before; what is known waits for it."""
+    add = PilotRun._add
+
+    def slow(self: PilotRun, values: np.ndarray) -> None:
+        time.sleep(0.02)
+        add(self, values)
+
+    def seen(threads: int) -> list[tuple[int, float, float]]:
+        told: list[vq.Progress] = []
+        vq.quad(rough, [0, 0], [1, 1], n_points=20_000, method="pilot", rng=3, threads=threads, callback=told.append)
+        return [(p.n_evaluations, p.integral, p.standard_error) for p in told]
+
+    alone = seen(1)
+    monkeypatch.setattr(PilotRun, "_add", slow)
+    assert seen(3) == alone
+
+
+@pytest.mark.parametrize("threads", [1, 2])
+def test_an_exception_in_the_middle_is_raised(threads):
+    calls = []
+
+    def func(x: np.ndarray) -> np.ndarray:
+        calls.append(x.shape[1])
+        if len(calls) == 4:
+            raise OSError("in the middle")
+        return rough(x)
+
+    with pytest.raises(OSError, match="in the middle"):
+        vq.quad(func, [0, 0], [1, 1], n_points=20_000, method="pilot", rng=3, threads=threads)
+    assert len(calls) == 4
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])

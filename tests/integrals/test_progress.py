@@ -205,7 +205,9 @@ def stopped_early(in_random_order: bool, repetitions: int) -> np.ndarray:
     for drawn in sample("stratified", 16, 2, sets=repetitions, rng=5).points:
         done: list[np.ndarray] = []
         with pytest.raises(Stop):
-            integrand.in_random_order(drawn, done) if in_random_order else integrand._evaluated(drawn, done)
+            integrand.in_random_order(drawn, done) if in_random_order else integrand._evaluated(
+                integrand.pull_back(drawn.T), done
+            )
         found.append(PlainMean(done).estimate().mean[0])
     return np.array(found)
 

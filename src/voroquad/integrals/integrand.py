@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import functools
 import zlib
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -11,7 +13,7 @@ from .._support.arrays import Array, Indices
 from .diagnostics import Diagnoses, diagnosis
 from .evaluation import Function
 from .gradients import WeightedCalls
-from .regions import Region
+from .regions import Box, Region
 from .watch import Watch
 
 
@@ -57,7 +59,21 @@ class Integrand:
 
     def __call__(self, u: Array) -> Array:
         """Values times the volume element, (fields, n), at points u (n, d) of the unit box; NaN where not finite."""
-        return _joined(self._evaluated(u, []))
+        return self.at(self.pull_back(u.T))
+
+    def ahead(self, u: Array) -> Callable[[], tuple[Array, Array]]:
+        """The points and volume elements at u (d, n), computed at once where no function of the caller is involved.
+
+        A function of the caller is called by the result, in the thread that asks for it.
+        """
+        if not isinstance(self.region, Box):
+            return functools.partial(self.pull_back, u)
+        pulled = self.pull_back(u)
+        return lambda: pulled
+
+    def at(self, pulled: tuple[Array, Array]) -> Array:
+        """Values times the volume element, (fields, n), at points that have been pulled back."""
+        return _joined(self._evaluated(pulled, []))
 
     def in_random_order(self, u: Array, done: list[Array]) -> Array:
         """The same at points each of which is uniform in the box; those so far are a fair sample of them at any time.
@@ -66,8 +82,8 @@ class Integrand:
         """
         order = self.order(u)
         if order is None:
-            return _joined(self._evaluated(u, done))
-        shuffled = _joined(self._evaluated(u[order], done))
+            return _joined(self._evaluated(self.pull_back(u.T), done))
+        shuffled = _joined(self._evaluated(self.pull_back(u[order].T), done))
         found = np.empty_like(shuffled)
         found[:, order] = shuffled
         return found
@@ -94,9 +110,9 @@ class Integrand:
         _, volume = self.pull_back(u.T)
         return (WeightedCalls(begin, len(tape), weights * volume),)
 
-    def _evaluated(self, u: Array, done: list[Array]) -> list[Array]:
+    def _evaluated(self, pulled: tuple[Array, Array], done: list[Array]) -> list[Array]:
         """`done` with the values (fields, m) of consecutive points, appended as they come."""
-        x, volume = self.pull_back(u.T)
+        x, volume = pulled
         begin = 0
         for values in self.function.batches(x):
             end = begin + values.shape[1]

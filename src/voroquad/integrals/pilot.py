@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,6 +15,7 @@ from ..rules.chosen_fits import counted
 from ..rules.fit import ROUNDING
 from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import FEWEST_STRATA, SURPRISE, Estimate, unresolved
+from .helper import Task, done, helper
 from .integrand import Integrand
 from .pilot_error import variance
 from .spread import across
@@ -87,19 +89,22 @@ class PilotRun:
         self.cells = int(k**integrand.d)
         self.parts = self.samples = 0
         self.steps: list[Array] = []  # Σ over cells of (their mean − the value at the centre), after each part
+        self._adding: Task[None] = done(None)
 
     def evaluate_grid(self) -> None:
         """Fill the grid, component by component."""
         self.integrand.watch.follow(self.known)
         kind, keys = RULES[self.integrand.d], self._keys()
-        for begin in range(0, self.cells, POINTS_AT_ONCE):
-            end = min(begin + POINTS_AT_ONCE, self.cells)
-            values = self.integrand(kind.centres(self.k, begin, end).T)
-            if begin == 0:
-                self.rule = kind(self.k, len(values), keys)
-                fields = [self.rule.grid(f) for f in range(len(values))]
-            for grid, of_field in zip(fields, values, strict=True):
-                grid[begin:end] = of_field
+        begins = range(0, self.cells, POINTS_AT_ONCE)
+        centres = (self.integrand.ahead(kind.centres(self.k, b, min(b + POINTS_AT_ONCE, self.cells))) for b in begins)
+        with helper(self.threads, len(begins)) as aside:
+            for begin, pulled in zip(begins, aside.ahead(partial(next, centres), len(begins)), strict=True):
+                values = self.integrand.at(pulled())
+                if begin == 0:
+                    self.rule = kind(self.k, len(values), keys)
+                    fields = [self.rule.grid(f) for f in range(len(values))]
+                for grid, of_field in zip(fields, values, strict=True):
+                    grid[begin : begin + len(of_field)] = of_field
         largest = np.array([_largest(grid) for grid in fields])
         self.grid_is_zero = largest == 0
         _, self.power = np.frexp(largest)
@@ -142,14 +147,20 @@ class PilotRun:
             rule.renew(self._keys())
         self.steps.clear()
         self.samples = 0
-        for part in self.rng.permutation(self.parts) if self.parts > 1 else range(1):
-            points = rule.draw(part, self.threads)
-            values = self.integrand(points.T)
-            self._adjust_units(values)
-            rule.add(np.ldexp(values, -self.power[:, None]), self.threads)
-            self.steps.append(rule.integral - rule.midpoints)
-            self.samples += points.shape[1]
+        order = iter(self.rng.permutation(self.parts) if self.parts > 1 else range(1))
+        with helper(self.threads, self.parts) as aside:
+            for pulled in aside.ahead(lambda: self.integrand.ahead(rule.draw(next(order), self.threads)), self.parts):
+                values = self.integrand.at(pulled())
+                self._adding.result()
+                self._adjust_units(values)
+                self._adding = aside.do(partial(self._add, values))
+            self._adding.result()
         return self._estimate()
+
+    def _add(self, values: Array) -> None:
+        self.rule.add(np.ldexp(values, -self.power[:, None]), self.threads)
+        self.steps.append(self.rule.integral - self.rule.midpoints)
+        self.samples += values.shape[1]
 
     def _adjust_units(self, values: Array) -> None:
         """New units for components with values (fields, n) far above theirs, or with no value but 0 before."""
@@ -169,6 +180,7 @@ class PilotRun:
         estimated by B times the mean of b of them, B being their number. Its variance is B² (1 − b/B) s²/b for the
         choice of the parts, and B/b times that of the samples in them, at most Σ (r/m)² with the residuals r.
         """
+        self._adding.result()
         b, whole = len(self.steps), self.parts
         if b < 2:
             return None
