@@ -4,9 +4,10 @@ import math
 
 import numpy as np
 import pytest
+import scipy.stats
 
 import voroquad as vq
-from voroquad.integrals.adaptation import Learner, PilotSamples
+from voroquad.integrals.adaptation import Learner, PilotSamples, concentration
 from voroquad.integrals.partition import Partition, grow
 from voroquad.integrals.separable_map import SeparableMap
 
@@ -88,15 +89,94 @@ def test_where_the_plain_grid_sees_the_peak_there_is_no_map():
     assert r.n_evaluations <= 8000
 
 
-def test_auto_adapts_to_peaks_only():
-    def adaptation(f, **options):
-        return vq.quad(f, [0] * 4, [1] * 4, n_points=1000, rng=1, **options).adaptation
+def smooth(d):
+    return lambda x: np.exp(x.sum(axis=0) / d)
 
-    smooth = adaptation(lambda x: np.exp(x[0] * x[1]), adapt="auto")
-    assert not smooth.adapted
-    assert 40 < smooth.n_pilot <= 60
-    assert adaptation(peak(4, 0.05), adapt="auto").adapted
-    assert adaptation(peak(4)) is None
+
+@pytest.mark.parametrize(("d", "n", "look"), [(4, 1000, 60), (6, 2000, 60), (3, 5000, 64), (2, 6000, 81)])
+def test_by_default_a_first_look_finds_peaks(d, n, look):
+    def adaptation(f, **options):
+        points = []
+        r = vq.quad(lambda x: (points.append(x.shape[1]), f(x))[1], [0] * d, [1] * d, n_points=n, rng=1, **options)
+        assert r.n_evaluations == sum(points) <= n
+        return r.adaptation
+
+    plain = adaptation(smooth(d))
+    assert not plain.adapted
+    assert 0.9 * look <= plain.n_pilot <= look
+    found = adaptation(peak(d, 0.05))
+    assert found.n_pilot > plain.n_pilot or d == 2
+    assert found.adapted == (d != 2)  # in the plane the grid of the pilot rule sees it without a map
+    assert adaptation(peak(d), adapt=False) is None
+
+
+def test_in_the_plane_a_rough_integrand_gets_the_pilot_rule():
+    def rule(f):
+        return vq.quad(f, [0, 0], [1, 1], n_points=6000, rng=1).rule
+
+    assert rule(peak(2, 0.05)).startswith("pilot grid of 38 × 38")
+    assert not rule(smooth(2)).startswith("pilot")
+    both = rule(lambda x: np.stack([smooth(2)(x), peak(2, 0.02)(x)]))
+    assert all(one.startswith("pilot") for one in both)
+
+
+@pytest.mark.parametrize(
+    ("d", "options"),
+    [
+        (2, {"n_points": 5999}),
+        (4, {"n_points": 999}),
+        (4, {"n_points": 2000, "order": 1}),
+        (4, {"n_points": 1000, "n_estimates": 2}),
+        (9, {"n_points": 4000, "method": "plain"}),
+        (4, {"n_points": 1000, "rtol": 0.5, "max_evaluations": 4000}),
+    ],
+)
+def test_where_auto_takes_no_look_the_result_is_that_without_adaptation(d, options):
+    one, other = (vq.quad(peak(d, 0.3), [0] * d, [1] * d, adapt=how, rng=1, **options) for how in ("auto", False))
+    assert one.adaptation is None
+    assert (one.integral, one.standard_error) == (other.integral, other.standard_error)
+
+
+@pytest.mark.parametrize(("d", "n"), [(1, 8192), (2, 8192), (3, 16384)])
+def test_the_grid_of_the_pilot_rule_is_a_look_that_costs_nothing(d, n):
+    for sets in (1, 2):
+        one, other = (
+            vq.quad(smooth(d), [0] * d, [1] * d, n_points=n, n_estimates=sets, adapt=how, rng=1)
+            for how in ("auto", False)
+        )
+        assert (one.integral, one.standard_error) == (other.integral, other.standard_error)
+        assert (one.adaptation.adapted, one.adaptation.n_pilot) == (False, 0)
+    f = peak(d, {1: 5e-5, 2: 0.004, 3: 0.02}[d])
+    assert vq.quad(f, [0] * d, [1] * d, n_points=n, rng=1).adaptation.adapted
+
+
+def test_a_concentrated_integrand_that_the_grid_resolves_gets_no_map():
+    found = vq.quad(peak(2, 0.04), [0, 0], [1, 1], n_points=8192, rng=1).adaptation
+    assert found.concentration < 0.03
+    assert (found.adapted, found.n_pilot) == (False, 0)
+
+
+def test_smooth_functions_are_more_concentrated_in_more_dimensions():
+    def adapts(d, found_in):
+        return Learner(None, vq.Simplex(np.eye(d + 1, d)), False, np.random.default_rng(1)).adapts(found_in)
+
+    assert [adapts(d, 0.06) for d in (1, 2, 3, 4, 5, 6, 8)] == [False, False, True, True, True, False, False]
+    assert [adapts(d, 0.0015) for d in (1, 2, 8)] == [True] * 3
+
+
+def test_a_look_that_sees_only_zeros_adapts():
+    def far(x):
+        return 1.0 * (np.abs(x - 0.9).max(axis=0) < 0.02)
+
+    assert vq.quad(far, [0] * 4, [1] * 4, n_points=1000, rng=1).adaptation.adapted
+    assert concentration(np.zeros((2, 5))) == 0
+    assert concentration(np.array([[0.0, 0, 0, 0], [1, 1, 1, 0]])) == pytest.approx(0.75)
+
+
+def test_measures_that_are_turned_are_not_adapted_to():
+    gauss = vq.ProductMeasure(*[scipy.stats.norm()] * 5)
+    r = vq.quad(lambda z: np.exp(z.sum(axis=0)), measure=gauss, n_points=2048, rng=1)
+    assert r.adaptation is None
 
 
 def test_regions_components_and_sets_are_adapted_to():
@@ -151,19 +231,6 @@ def test_unbiased_and_the_mean_of_all_rounds_is_not(d, n, sigma, monkeypatch):
 def test_what_adapt_takes(options, message):
     with pytest.raises(ValueError, match=message):
         vq.quad(peak(1), 0, 1, **options)
-
-
-@pytest.mark.parametrize(("d", "options"), [(2, {}), (4, {"n_estimates": 2}), (1, {"order": 1})])
-def test_too_few_points_for_a_pilot_do_without(d, options):
-    few = 399 // options.get("n_estimates", 1)
-    one, other = (
-        vq.quad(peak(d, 0.3), [0] * d, [1] * d, n_points=few, adapt=adapt, rng=1, **options)
-        for adapt in ("auto", False)
-    )
-    assert (one.integral, one.standard_error) == (other.integral, other.standard_error)
-    assert one.adaptation is None
-    just = vq.quad(peak(d, 0.3), [0] * d, [1] * d, n_points=400, adapt="auto", rng=1, **options)
-    assert just.adaptation is not None
 
 
 @pytest.mark.parametrize(

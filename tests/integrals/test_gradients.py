@@ -20,6 +20,9 @@ WAYS = {
     "replicates": {"n_estimates": 3, "sampler": "sobol"},
     "cross-fit": {"sampler": "sobol", "order": 2},
     "adapted": {"adapt": True, "n_points": 1000, "a": [0] * 4, "b": [1] * 4},
+    "adapted nets": {"adapt": True, "n_points": 1000, "a": [0] * 5, "b": [1] * 5},
+    "adapted nets in batches": {"adapt": True, "n_points": 1000, "a": [0] * 5, "b": [1] * 5, "batch": 100},
+    "looked at": {"n_points": 1000, "a": [0] * 4, "b": [1] * 4},
     "adapted replicates": {"adapt": True, "n_points": 1000, "n_estimates": 2, "a": [0] * 4, "b": [1] * 4},
     "pieces": {"a": None, "b": None, "measure": MEASURE},
     "triangle": {"a": vq.Triangle([[0, 0], [1, 0], [0, 1]]), "b": None},
@@ -58,6 +61,17 @@ def test_what_keeps_no_gradients_says_so(monkeypatch):
         vq.quad(lambda x: x[0], 0, 1, n_points=20_000, rng=1)
     with pytest.raises(ValueError, match="return their real and imaginary parts"):
         vq.quad(lambda x: x[0] + 1j, 0, 1, rng=1)
+
+
+def test_a_rough_integrand_with_gradients_keeps_its_rule(monkeypatch):
+    given = {"a": [0, 0], "b": [1, 1], "n_points": 6000, "rng": 1}
+    expected = vq.quad(f, **given)
+    assert expected.rule[0].startswith("pilot grid")
+    for module in (evaluation, gradients):
+        monkeypatch.setattr(module, "has_gradient", lambda values: isinstance(values, type(strict.asarray(0.0))))
+    r = vq.quad(lambda x: f(strict.asarray(np.asarray(x))), **given)
+    assert r.rule[0].startswith("order 8")
+    np.testing.assert_allclose(np.asarray(r.integral), expected.integral, rtol=2e-3)
 
 
 def test_gradients_of_jax():

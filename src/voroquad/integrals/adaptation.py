@@ -11,6 +11,8 @@ import numpy as np
 
 from .._support.arrays import Array, Indices
 from .._support.checks import one_of
+from ..designs.grids import largest_grid
+from ..designs.sampling import sample
 from .estimates import Estimate
 from .integrand import Integrand
 from .leaves import LeafSets, draw
@@ -27,14 +29,19 @@ MAP_ROUNDS, TREE_ROUNDS, ROUND_PART = 2, 2, 0.06
 #: Fewest evaluations of all sets: a sample of the first round for each interval of a map.
 FEWEST = math.ceil(INTERVALS / ROUND_PART)
 
+#: Part of the evaluations that a first look takes, and the most of them.
+LOOK, MOST_OF_LOOK = 0.03, 256
+
 #: Fewest steps of the map after a round; after round t there are t, all on the samples so far.
 STEPS = 2
 
 #: Part of a pilot round with a tree that leaves get by their volume alone.
 EVEN_IN_PILOT = 0.3
 
-#: With "auto" the map is learned if the first round rests on a smaller part of its samples than this.
-CONCENTRATED = 0.1
+#: With "auto" a map is learned if the first values rest on a smaller part of their points than this, in up to four
+#: dimensions, and by a factor less for each dimension more: smooth functions are concentrated there, too. In up to
+#: three dimensions the grid of the pilot rule sees peaks that are wider (benchmarks/smooth_cost.py).
+CONCENTRATED, PER_DIMENSION = {1: 0.002, 2: 0.03, 3: 0.1, 4: 0.1}, 0.7
 
 
 @dataclass(frozen=True)
@@ -97,6 +104,11 @@ class PilotSamples:
         self.u, self.values = np.concatenate([self.u, u], axis=1), np.concatenate([self.values, values], axis=1)
 
     @property
+    def n(self) -> int:
+        """Their number."""
+        return self.u.shape[1]
+
+    @property
     def weights(self) -> Array:
         """The volume (n,) that each stands for, 1 / Σ_t n_t p_t(u)."""
         return 1 / self.density
@@ -134,7 +146,7 @@ class Learner:
     region : Region
         What to integrate over.
     always : bool
-        Whether to adapt whatever the first round shows. Else too few evaluations for a pilot are no error either.
+        Whether to adapt whatever the first values show.
     rng : numpy.random.Generator
         Of its samples.
     """
@@ -145,13 +157,23 @@ class Learner:
     rng: np.random.Generator
 
     def adapts(self, found_in: float) -> bool:
-        """Whether to adapt where the first round has this concentration."""
-        return self.always or found_in < CONCENTRATED
-
-    def first(self, n: int) -> PilotSamples:
-        """At most n samples of the region as it is."""
+        """Whether to adapt where the first values have this concentration."""
         d = self.region.d
-        return PilotSamples(*self.draw(SeparableMap.identity(d), Partition.whole(d), n))
+        return self.always or found_in < CONCENTRATED[min(d, 4)] * PER_DIMENSION ** max(0, d - 4)
+
+    @property
+    def keeps_gradients(self) -> bool:
+        """Whether the values so far have gradients, which the pilot rule does not keep."""
+        return bool(self.integrand(self.region).function.tape)
+
+    def even(self, n: int) -> tuple[Array, Array, Round]:
+        """At most n samples of the region as it is. Above four dimensions grids have few sizes."""
+        d = self.region.d
+        identity, whole = SeparableMap.identity(d), Partition.whole(d)
+        if d <= 4:
+            return self.draw(identity, whole, n)
+        u = within(sample("sobol", n, d, rng=self.rng).points)
+        return u.T, self.integrand(self.region)(u), Round(identity, whole, np.array([n]))
 
     def draw(self, warp: SeparableMap, partition: Partition, n: int) -> tuple[Array, Array, Round]:
         """Samples u (d, m) of at most n evaluations, their values, and where they lie."""
@@ -187,6 +209,8 @@ class AdaptiveEstimator:
     ----------
     pilot : Learner
         Learns.
+    plain : callable
+        Estimates without adaptation, from at most so many samples of each set.
     final : callable
         Takes a region behind a map, and a partition of its box, and returns what estimates from at most so many
         samples of each set.
@@ -197,26 +221,38 @@ class AdaptiveEstimator:
     """
 
     pilot: Learner
+    plain: Callable[[int], Estimate]
     final: Callable[[Region, Partition], Callable[[int], Estimate]]
     sets: int
     report: Callable[[Adaptation], None]
 
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations for each set, those of the pilot included."""
-        region = self.pilot.region
-        if not self.pilot.always and n * self.sets < FEWEST:
-            return self.final(region, Partition.whole(region.d))(n)
-        size = round_size(n, self.sets)
-        warp, partition = SeparableMap.identity(region.d), Partition.whole(region.d)
-        pool = self.pilot.first(size)
+        learner, size = self.pilot, round_size(n, self.sets)
+        look = size if learner.always else look_size(n, learner.region.d)
+        pool = PilotSamples(*learner.even(look))
         found_in = concentration(pool.values)
-        adapted = self.pilot.adapts(found_in)
-        if adapted:
-            warp = self.pilot.learn_map(pool, MAP_ROUNDS, size)
-            warp, partition = self.pilot.learn_tree(pool, warp, TREE_ROUNDS, size)
-        used = pool.u.shape[1]
-        self.report(Adaptation(adapted, warp.nodes, partition.low, partition.high, found_in, used))
-        estimate = self.final(MappedRegion(region, warp) if adapted else region, partition)
+        if not learner.adapts(found_in):
+            return self._estimate(pool, found_in, None, self.plain, n)
+        if look < size:
+            pool.add(*learner.even(size - look))
+        warp = learner.learn_map(pool, MAP_ROUNDS, size)
+        warp, partition = learner.learn_tree(pool, warp, TREE_ROUNDS, size)
+        estimate = self.final(MappedRegion(learner.region, warp), partition)
+        return self._estimate(pool, found_in, (warp, partition), estimate, n)
+
+    def _estimate(
+        self,
+        pool: PilotSamples,
+        found_in: float,
+        learned: tuple[SeparableMap, Partition] | None,
+        estimate: Callable[[int], Estimate],
+        n: int,
+    ) -> Estimate:
+        """What is left of the samples makes the estimate."""
+        d, used = self.pilot.region.d, pool.n
+        warp, partition = learned or (SeparableMap.identity(d), Partition.whole(d))
+        self.report(Adaptation(learned is not None, warp.nodes, partition.low, partition.high, found_in, used))
         found = estimate((n * self.sets - used) // self.sets)
         return replace(found, n=found.n + used)
 
@@ -235,10 +271,27 @@ def _counted(groups: Sequence[LeafSets], leaves: int) -> Indices:
     return found
 
 
-def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region:
-    """The region to adapt to. Raises ValueError for what `adapt` does not go with, and for a value that it has not."""
+def look_size(n: int, d: int) -> int:
+    """Samples of a first look in four dimensions or more, at most as many as a pilot round has.
+
+    In four dimensions these are those that a grid of strata leaves over, of n samples or of 1.5 % less.
+
+    Examples
+    --------
+    >>> from voroquad.integrals.adaptation import look_size
+    >>> look_size(2048, 4), look_size(2048, 6)  # 6 · 6 · 7 · 8 = 2016
+    (32, 62)
+    """
+    look = math.ceil(LOOK * n)
+    size = n - math.prod(largest_grid(n - look // 2, d)) if d == 4 else min(look, MOST_OF_LOOK)
+    return min(size, int(ROUND_PART * n))
+
+
+def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region | None:
+    """The region to adapt to; None where "auto" has none. Raises ValueError for what `adapt=True` does not go with."""
     if adapt is not True:
         one_of("adapt", adapt, ("auto",))
+        return None if tolerance or len(parts) > 1 else parts[0].region
     if tolerance:
         raise ValueError("adapt and a tolerance do not go together: give n_points in place of rtol and atol")
     if len(parts) > 1:
@@ -247,8 +300,8 @@ def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region:
 
 
 def concentration(values: Array) -> float:
-    """(Σ|f|)² / (n Σ f²), the least of all components (fields, n) that are not 0."""
+    """(Σ|f|)² / (n Σ f²), the least of all components (fields, n) that are not 0; of all 0, 0."""
     sizes = np.abs(np.nan_to_num(scaled(values, axis=1)))
     squares = np.square(sizes).sum(axis=1)
     parts = sizes.sum(axis=1)[squares > 0] ** 2 / (values.shape[1] * squares[squares > 0])
-    return float(parts.min()) if len(parts) else 1.0
+    return float(parts.min()) if len(parts) else 0.0

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._support.arrays import Array
-from .adaptation import Adaptation, Learner, PilotSamples, Round, concentration, round_size
+from .adaptation import Adaptation, Learner, PilotSamples, Round, round_size
 from .estimates import Estimate
 from .partition import Partition
 from .pilot import RULES, PilotRun, grid_side
@@ -17,6 +17,18 @@ from .separable_map import MappedRegion, SeparableMap
 
 #: Pilot rounds that learn a map.
 ROUNDS = 2
+
+#: The most cells of a grid that "auto" puts behind a map: the pool of the pilot holds all centres, and a finer grid
+#: sees peaks by itself.
+MOST_CELLS = 1 << 20
+
+#: Part of the evaluations that a coarse grid takes.
+LOOK = 0.015
+
+#: Expected errors, beside the mean size of values, above which a coarse grid is too rough for the rule for few points,
+#: and any grid so rough that a map may gain: benchmarks/smooth_cost.py.
+ROUGH_SIDE, ROUGH_IN_SPACE = 9, 12.0
+WORTH_A_MAP = {1: 0.0, 2: 5.0, 3: 12.0}
 
 
 @dataclass(frozen=True)
@@ -43,15 +55,18 @@ class AdaptiveGrid:
     threads: int
     report: Callable[[Adaptation], None]
 
-    def __call__(self, n: int) -> Estimate:
-        """An estimate from at most n evaluations for each set."""
+    def __call__(self, n: int, before: int = 0) -> Estimate:
+        """An estimate from at most n evaluations for each set, and as many more as there were before, of which it makes
+        no use."""
         d = self.pilot.region.d
         size = round_size(n, 1)
-        plain = self._run(self.pilot.region, grid_side(n, d))
-        values, identity = plain.grid_values(), SeparableMap.identity(d)
-        if not self.pilot.adapts(concentration(values)):
-            self._tell(identity, values, 0, False)
-            return plain.estimates(n, self.sets)
+        plain = self.run(grid_side(n, d))
+        identity = SeparableMap.identity(d)
+        found_in = plain.concentration()
+        if not self.pilot.always and not (self.pilot.adapts(found_in) and self._worth_a_map(plain)):
+            self.tell(identity, found_in, before, False)
+            return _with(before, plain.estimates(n, self.sets))
+        values = plain.grid_values()
         centres = RULES[d].centres(plain.k, 0, plain.cells)
         pool = PilotSamples(centres, values, Round(identity, Partition.whole(d), np.array([plain.cells])))
         warp = self.pilot.learn_map(pool, ROUNDS, size)
@@ -60,18 +75,72 @@ class AdaptiveGrid:
         better = _easier(mapped.difficulty(), plain.difficulty())
         chosen, other = (mapped, plain) if better else (plain, mapped)
         wasted = used - plain.cells + other.cells
-        self._tell(warp if better else identity, values, wasted, better)
-        found = chosen.estimates(n - wasted, self.sets)
-        return replace(found, n=found.n + wasted)
+        self.tell(warp if better else identity, found_in, before + wasted, better)
+        return _with(before + wasted, chosen.estimates(n - wasted, self.sets))
+
+    def _worth_a_map(self, plain: PilotRun) -> bool:
+        return plain.cells <= MOST_CELLS and rougher(plain, WORTH_A_MAP[self.pilot.region.d])
+
+    def run(self, k: int) -> PilotRun:
+        """The rule on a grid of k^d cells of the region as it is, with the values at their centres."""
+        return self._run(self.pilot.region, k)
 
     def _run(self, region: Region, k: int) -> PilotRun:
         run = PilotRun(self.pilot.integrand(region), k, self.pilot.rng, self.threads)
         run.evaluate_grid()
         return run
 
-    def _tell(self, warp: SeparableMap, values: Array, n: int, adapted: bool) -> None:
+    def tell(self, warp: SeparableMap, found_in: float, n: int, adapted: bool) -> None:
+        """Report what n evaluations found that take no part in the estimate."""
         whole = Partition.whole(len(warp.nodes))
-        self.report(Adaptation(adapted, warp.nodes, whole.low, whole.high, concentration(values), n))
+        self.report(Adaptation(adapted, warp.nodes, whole.low, whole.high, found_in, n))
+
+
+@dataclass(frozen=True)
+class GridAtNeed:
+    """A rule for few points; the adaptive grid where a coarse grid of about 1.5 % of them is too rough for it.
+
+    The coarse grid is deterministic, so the choice is no cause of bias.
+
+    Attributes
+    ----------
+    grid : AdaptiveGrid
+        Where the integrand is rough.
+    few : callable
+        Where it is smooth.
+    """
+
+    grid: AdaptiveGrid
+    few: Callable[[int], Estimate]
+
+    def __call__(self, n: int) -> Estimate:
+        """An estimate from at most n evaluations."""
+        learner = self.grid.pilot
+        coarse = self.grid.run(int((LOOK * n) ** (1 / learner.region.d) + 1e-9))
+        if rough(coarse) and not learner.keeps_gradients:
+            return self.grid(n - coarse.cells, coarse.cells)
+        self.grid.tell(SeparableMap.identity(learner.region.d), coarse.concentration(), coarse.cells, False)
+        return _with(coarse.cells, self.few(n - coarse.cells))
+
+
+def rough(coarse: PilotRun) -> bool:
+    """Whether a coarse grid is rough. In the plane the bound falls with the number k of cells along an axis, as the
+    errors of smooth functions do."""
+    return rougher(coarse, (ROUGH_SIDE / coarse.k) ** 3 if coarse.integrand.d == 2 else ROUGH_IN_SPACE)
+
+
+def rougher(grid: PilotRun, bound: float) -> bool:
+    """Whether the error that a grid leads to expect is more than that times the mean size of its values.
+
+    It is so for one of the components, or all values are 0.
+    """
+    size = grid.mean_size()
+    return bool((grid.difficulty() > bound * size).any() or not size.any())
+
+
+def _with(n: int, found: Estimate) -> Estimate:
+    """An estimate that n evaluations more led to."""
+    return replace(found, n=found.n + n)
 
 
 def _easier(one: Array, other: Array) -> bool:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 
 import numpy as np
@@ -11,7 +12,7 @@ from ..designs.engines import EngineFactory
 from ..rules.method import HIGHEST_DIMENSION, KRIGING, ORDER_ZERO, Method, highest_order, local, read_order
 from . import pilot, replicates
 from .adaptation import Adaptation, AdaptiveEstimator, Learner
-from .adaptive_grid import AdaptiveGrid
+from .adaptive_grid import AdaptiveGrid, GridAtNeed
 from .estimates import Estimate, Estimator
 from .integrand import Integrand
 from .leaves import LeafEstimator
@@ -32,6 +33,10 @@ OWN_POINTS = {
 #: Points of an estimate from which the default is the pilot rule, by dimension: benchmarks/results/methods.csv. In
 #: three dimensions kriging is ahead on one of the eight families until there.
 MANY_POINTS = {1: 8192, 2: 8192, 3: 16_384}
+
+#: Points of an estimate from which ``adapt="auto"`` takes a first look at the integrand, by dimension: of fewer a look
+#: costs smooth functions too much, or a pilot sees too little (benchmarks/smooth_cost.py).
+LOOKS_FROM = {1: 8192, 2: 6000, 3: 5000, 4: 1000, 5: 2000, 6: 2000, 7: 4000, 8: 4000}
 
 #: What "local" takes where no order is asked for, by dimension, else cubics; on a line it is left to the points.
 LOCAL_METHODS: dict[int, tuple[Method, ...]] = {1: (), 2: (local(8),)}
@@ -93,12 +98,37 @@ def adaptive(
         leaves = LeafEstimator(integrand, partition, learner.rng, threads)
         return lambda n: across([leaves(n) for _ in range(sets)])
 
-    rounds = AdaptiveEstimator(learner, final, sets, report)
+    rounds = AdaptiveEstimator(learner, plain(learner.region), final, sets, report)
     d = learner.region.d
     if not by_default or d > pilot.HIGHEST_DIMENSION:
         return rounds
-    grid = AdaptiveGrid(learner, sets, threads, report)
-    return lambda n: grid(n) if learner.always or n >= MANY_POINTS[d] else rounds(n)
+    return AdaptiveGrid(learner, sets, threads, report)
+
+
+def at_need(
+    learner: Learner,
+    plain: Callable[[Region], Callable[[int], Estimate]],
+    sets: int,
+    threads: int,
+    report: Callable[[Adaptation], None],
+) -> Callable[[int], Estimate]:
+    """What adapts to the integrand where a first look calls for it, and is the default elsewhere.
+
+    With several sets it looks only where that costs nothing, at the grid of the pilot rule: a set of Sobol' points or
+    of a grid of strata may be far worse if it has a few points less.
+    """
+    d = learner.region.d
+    default = plain(learner.region)
+    adapted = adaptive(learner, plain, True, sets, threads, report)
+
+    def estimate(n: int) -> Estimate:
+        if n >= MANY_POINTS.get(d, math.inf):
+            return adapted(n)
+        if sets > 1 or n < LOOKS_FROM.get(d, math.inf):
+            return default(n)
+        return GridAtNeed(adapted, default)(n) if isinstance(adapted, AdaptiveGrid) else adapted(n)
+
+    return estimate
 
 
 def _check_own_points(

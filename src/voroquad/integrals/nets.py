@@ -11,6 +11,7 @@ from .._support.arrays import Array
 from ..designs.sampling import sample
 from ..rules.fit import ROUNDING
 from .estimates import Estimate, Values, too_few_samples
+from .gradients import WeightedCalls
 from .integrand import Integrand
 
 #: Fewest replicates; there are up to twice as many.
@@ -41,6 +42,7 @@ class NetEstimator:
         size = 1 << max(0, (whole // fewest).bit_length() - 1)
         sets = whole // size
         drawn = sample("sobol", size, self.integrand.d, sets=sets, rng=self.rng)
+        begin = len(self.integrand.function.tape)
         values = Values.of(self.integrand, drawn.points)
         means = values.scaled.mean(axis=2)
         mean = means.mean(axis=0)
@@ -50,7 +52,14 @@ class NetEstimator:
         warnings = () if self.integrand.empty else tuple(too_few_samples(values.scaled))
         told = ("plain mean",) * len(mean)
         mean, error, rounding = (np.ldexp(x, values.power) for x in (mean, error, rounding))
-        return Estimate(mean, error, rounding, values.n, sets - 1, warnings, (means - means.mean(axis=0)).T, told)
+        deviations = (means - means.mean(axis=0)).T
+        terms = self._terms(begin, drawn.points.reshape(-1, self.integrand.d))
+        return Estimate(mean, error, rounding, values.n, sets - 1, warnings, deviations, told, terms=terms)
+
+    def _terms(self, begin: int, u: Array) -> tuple[WeightedCalls, ...]:
+        """Equal weights of the values of points (n, d), in the order of their evaluation."""
+        order = self.integrand.order(u)
+        return self.integrand.weighted_calls(begin, u if order is None else u[order], np.full((1, len(u)), 1 / len(u)))
 
 
 def _of_far_values(values: Array, mean: Array) -> Array:

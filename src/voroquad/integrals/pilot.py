@@ -121,6 +121,26 @@ class PilotRun:
         grids = [self.rule.grid(f) for f in range(len(self.power))]
         return np.stack([np.ldexp(grid, power) for grid, power in zip(grids, self.power, strict=True)])
 
+    def mean_size(self) -> Array:
+        r"""The mean of \|f\| (fields,) over the grid."""
+        sums = [sum(float(np.abs(part).sum()) for part in parts) for parts in self._parts()]
+        return np.ldexp(np.array(sums) / self.cells, self.power)
+
+    def concentration(self) -> float:
+        r"""(Σ\|f\|)² / (cells Σ f²) over the grid, the least of all components that are not 0; of all 0, 0."""
+        found = []
+        for parts in self._parts():
+            square = sum(float(part @ part) for part in parts)
+            if square > 0:
+                found.append(sum(float(np.abs(part).sum()) for part in parts) ** 2 / (self.cells * square))
+        return min(found, default=0.0)
+
+    def _parts(self) -> list[list[Array]]:
+        """The values of each component, in units, in parts that are no burden to memory; 0 where not finite."""
+        at = range(0, self.cells, POINTS_AT_ONCE)
+        grids = [self.rule.grid(f) for f in range(len(self.power))]
+        return [[_finite(grid[b : b + POINTS_AT_ONCE]) for b in at] for grid in grids]
+
     def difficulty(self) -> Array:
         """In proportion to the errors (fields,) that the grid leads to expect of a given number of samples."""
         found: Array = np.ldexp(self.rule.difficulty(self.threads), self.power)
@@ -236,6 +256,11 @@ class PilotRun:
                 x, _ = self.integrand.pull_back(centre)
                 return diagnosis("one-stratum", x=x[:, 0].tolist(), share=round(square / total, 3))
         return None
+
+
+def _finite(values: Array) -> Array:
+    """Values with 0 for those that are not finite; the same array if all are."""
+    return values if np.isfinite(values).all() else np.nan_to_num(values, posinf=0.0, neginf=0.0)
 
 
 def _largest(values: Array) -> float:
