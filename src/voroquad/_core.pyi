@@ -159,14 +159,44 @@ def cross_fit_controls(
     starts: Annotated[NDArray[numpy.int64], {"order": "C", "device": "cpu", "writable": False}],
     threads: int,
 ) -> NDArray[numpy.float64]: ...
-def matern_matrix(
+def matern7_matrix(
     points: Annotated[
         NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
     ],
     length: float,
     threads: int,
 ) -> NDArray[numpy.float64]: ...
-def matern_between(
+def matern7_between(
+    at: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    length: float,
+    threads: int,
+) -> NDArray[numpy.float64]: ...
+def matern9_matrix(
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    length: float,
+    threads: int,
+) -> NDArray[numpy.float64]: ...
+def matern9_between(
+    at: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    length: float,
+    threads: int,
+) -> NDArray[numpy.float64]: ...
+def gaussian_matrix(
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    length: float,
+    threads: int,
+) -> NDArray[numpy.float64]: ...
+def gaussian_between(
     at: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
     points: Annotated[
         NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}

@@ -13,7 +13,7 @@
 
 #include <voroquad/bias.hpp>
 #include <voroquad/boundary_control.hpp>
-#include <voroquad/detail/fits/matern.hpp>
+#include <voroquad/detail/fits/covariances.hpp>
 #include <voroquad/detail/fits/nearest_fit.hpp>
 #include <voroquad/detail/gauss.hpp>
 #include <voroquad/local_fit.hpp>
@@ -148,7 +148,8 @@ void check_nearest_fit() {
 void check_covariances() {
     const std::size_t n = 70, d = 3;
     const std::vector<double> points = random_numbers(n * d);
-    const voroquad::detail::MaternCovariance covariance(points.data(), n, d, 0.3);
+    const voroquad::detail::Covariance<voroquad::detail::Matern7> covariance(points.data(), n, d,
+                                                                             0.3);
     std::vector<double> matrix(n * n), between(n * n);
     covariance.matrix(matrix.data(), 2);
     covariance.between(points.data(), n, between.data(), 2);

@@ -50,12 +50,12 @@ def fits_to_the_nearest():
 
 def covariances():
     points = RNG.random((10_000, 8))
-    return lambda: _core.matern_matrix(points, 0.5, 1)
+    return lambda: _core.matern7_matrix(points, 0.5, 1)
 
 
 def covariances_with_other_points():
     points, at = RNG.random((5000, 8)), RNG.random((15_000, 8))
-    return lambda: _core.matern_between(at, points, 0.5, 1)
+    return lambda: _core.matern7_between(at, points, 0.5, 1)
 
 
 @pytest.mark.parametrize(

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from voroquad import _core
+from voroquad.rules.covariances import GAUSSIAN, MATERN_7, MATERN_9
 from voroquad.rules.kriging import Kriging, Model, model
 from voroquad.rules.polynomials import Intervals
 
@@ -13,6 +13,15 @@ from voroquad.rules.polynomials import Intervals
 def matern(x, y, length):
     s = math.sqrt(7) / length * abs(x[:, None, :] - y[None, :, :])
     return np.prod((1 + s + 0.4 * s**2 + s**3 / 15) * np.exp(-s), axis=-1)
+
+
+def matern_9(x, y, length):
+    s = 3 / length * abs(x[:, None, :] - y[None, :, :])
+    return np.prod((1 + s + 3 / 7 * s**2 + 2 / 21 * s**3 + s**4 / 105) * np.exp(-s), axis=-1)
+
+
+def gaussian(x, y, length):
+    return np.exp(-np.square(x[:, None, :] - y[None, :, :]).sum(axis=-1) / (2 * length**2))
 
 
 def monomials(points):
@@ -23,14 +32,14 @@ def monomials(points):
     return np.stack(columns, axis=-1)
 
 
-def predicted(samples, values, at, length, noise):
+def predicted(samples, values, at, length, noise, covariance=matern):
     """Universal kriging from its textbook system."""
     n, terms = len(samples), monomials(samples)
     system = np.zeros((n + terms.shape[1],) * 2)
-    system[:n, :n] = matern(samples, samples, length) + noise * np.eye(n)
+    system[:n, :n] = covariance(samples, samples, length) + noise * np.eye(n)
     system[:n, n:], system[n:, :n] = terms, terms.T
     solution = np.linalg.solve(system, np.append(values, np.zeros(terms.shape[1])))
-    return matern(at, samples, length) @ solution[:n] + monomials(at) @ solution[n:]
+    return covariance(at, samples, length) @ solution[:n] + monomials(at) @ solution[n:]
 
 
 @pytest.fixture
@@ -38,14 +47,22 @@ def samples():
     return np.random.default_rng(1).random((60, 3))
 
 
-def krige(samples, degree=2, noise=1e-3):
-    return Kriging(samples, Model(degree, 0.5, noise))
+COVARIANCES = pytest.mark.parametrize(
+    ("covariance", "reference"),
+    [(MATERN_7, matern), (MATERN_9, matern_9), (GAUSSIAN, gaussian)],
+    ids=["matern-7", "matern-9", "gaussian"],
+)
 
 
-def test_covariances_of_the_core(samples):
+def krige(samples, degree=2, noise=1e-3, covariance=MATERN_7):
+    return Kriging(samples, Model(degree, 0.5, noise, covariance))
+
+
+@COVARIANCES
+def test_covariances_of_the_core(samples, covariance, reference):
     at = np.random.default_rng(2).random((7, 3))
-    np.testing.assert_allclose(_core.matern_matrix(samples, 0.3, 2), matern(samples, samples, 0.3), rtol=1e-13)
-    np.testing.assert_allclose(_core.matern_between(at, samples, 0.3, 2), matern(at, samples, 0.3), rtol=1e-13)
+    np.testing.assert_allclose(covariance.matrix(samples, 0.3, 2), reference(samples, samples, 0.3), rtol=1e-13)
+    np.testing.assert_allclose(covariance.between(at, samples, 0.3, 2), reference(at, samples, 0.3), rtol=1e-13)
 
 
 @pytest.mark.parametrize("d", [16, 17, 100, 400, 1000])
@@ -53,15 +70,16 @@ def test_covariances_of_many_axes_neither_overflow_nor_vanish_too_early(d):
     x = np.random.default_rng(1).random((2, d))
     s = math.sqrt(7) / 0.5 * np.abs(x[0] - x[1])
     logarithm = float(np.sum(np.log1p(s + 2 / 5 * s**2 + s**3 / 15) - s))
-    between = _core.matern_between(x[:1], x[1:], 0.5, 1)[0, 0]
-    assert _core.matern_matrix(x, 0.5, 1)[0, 1] == between
+    between = MATERN_7.between(x[:1], x[1:], 0.5, 1)[0, 0]
+    assert MATERN_7.matrix(x, 0.5, 1)[0, 1] == between
     assert between == pytest.approx(math.exp(logarithm), rel=1e-11)
 
 
-def test_the_integral_of_the_prediction(samples):
+@COVARIANCES
+def test_the_integral_of_the_prediction(samples, covariance, reference):
     values = np.exp(samples @ [1.0, -2.0, 0.5])
     low, high, part = np.array([0.0, 0.5, 0.75]), np.array([0.5, 0.75, 1.0]), np.array([1, 0, 1])
-    kriging = krige(samples)
+    kriging = krige(samples, covariance=covariance)
     integrals = kriging.integrals(kriging.over_boxes([Intervals(low, high, part, 2)] * 3))
     nodes, weights = np.polynomial.legendre.leggauss(10)
     x = ((low + high)[:, None] + (high - low)[:, None] * nodes) / 2  # (interval, node), each interval of mass 1
@@ -70,7 +88,7 @@ def test_the_integral_of_the_prediction(samples):
         mass = [np.tile(weights / 2, (part == p).sum()) for p in parts]
         at = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 3)
         shares = np.prod(np.stack(np.meshgrid(*mass, indexing="ij"), axis=-1), axis=-1).ravel()
-        exact = shares @ predicted(samples, values, at, 0.5, 1e-3)
+        exact = shares @ predicted(samples, values, at, 0.5, 1e-3, reference)
         assert integrals[measure] @ values == pytest.approx(exact, rel=1e-7)
 
 

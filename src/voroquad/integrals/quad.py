@@ -243,8 +243,9 @@ def quad(
         Î = Σ_i [ ∫_{S_i} P_i + \\|S_i\\| (f(x_i) − P_i(x_i)) ],
 
     where P_i is a prediction from samples that are independent of x_i: on a line a polynomial fitted to those around
-    S_i, in more dimensions kriging or a polynomial fitted to the whole set. The order or model is chosen by the errors
-    of predictions elsewhere, separately for each component of func; the attribute ``rule`` of the result tells which.
+    S_i, in more dimensions kriging with one of three models or a polynomial fitted to the whole set. The order or model
+    is chosen by the errors of predictions elsewhere, separately for each component of func; the attribute ``rule`` of
+    the result tells which.
     The estimate is unbiased for every integrand. The error is computed from the corrections f(x_i) − P_i(x_i), with
     Student's t distribution if few of them cause it.
 

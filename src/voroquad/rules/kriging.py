@@ -10,14 +10,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg.lapack import dpotrf, dpotri
+from scipy.linalg.lapack import dpotrf, dpotri, dpotrs
 
-from .. import _core
 from .._support.arrays import Array, Indices
 from . import polynomials
+from .covariances import GAUSSIAN, MATERN_7, MATERN_9, Covariance
 from .polynomials import Intervals
 
 #: Correlation length: in sample spacings, but at most this part of the box.
@@ -53,11 +53,19 @@ class Model:
         Correlation length of the process along each axis.
     noise : float
         Variance τ² of the noise.
+    covariance : Covariance
+        Of the process.
     """
 
     degree: int
     length: float
     noise: float
+    covariance: Covariance = MATERN_7
+
+
+#: What is assumed of smooth functions: length, degree of the drift, and noise for a process with four derivatives. An
+#: analytic one gets so many times n as makes up for the rounding of its covariances.
+SMOOTH_LENGTH, SMOOTH_DRIFT, SMOOTH_NOISE, ANALYTIC_NOISE = 0.5, 2, 1e-10, 1e-14
 
 
 def model(n: int, d: int, per_term: int = SAMPLES_PER_TERM) -> Model:
@@ -70,6 +78,14 @@ def model(n: int, d: int, per_term: int = SAMPLES_PER_TERM) -> Model:
     length = min(PART, SPACINGS * spacing)
     degree = next(p for p in range(DRIFT, -1, -1) if p == 0 or per_term * math.comb(p + d, d) <= n)
     return Model(degree, length, NOISE.get(d, NOISE_ELSEWHERE) * (spacing / length) ** 7)
+
+
+def smooth_models(n: int) -> dict[str, Model]:
+    """Models for n samples of smooth functions, by name: with little noise and, for many derivatives, more at stake."""
+    return {
+        "smooth kriging": Model(SMOOTH_DRIFT, SMOOTH_LENGTH, SMOOTH_NOISE, MATERN_9),
+        "analytic kriging": Model(SMOOTH_DRIFT, SMOOTH_LENGTH, ANALYTIC_NOISE * n, GAUSSIAN),
+    }
 
 
 @dataclass(frozen=True)
@@ -106,16 +122,17 @@ class Kriging:
     """
 
     def __init__(self, points: Array, assumed: Model, threads: int = 1):
-        self.points, self.length, self._threads = points, assumed.length, threads
+        self.points, self._assumed, self._threads = points, assumed, threads
         n, d = points.shape[-2:]
         inverse = np.empty((points.size // (n * d), n, n))
-        for one, x in zip(inverse, points.reshape(-1, n, d), strict=True):
-            _invert_covariance(x, assumed, threads, one)
+        self._factors = [_factor(x, assumed, threads) for x in points.reshape(-1, n, d)]
+        for one, factor in zip(inverse, self._factors, strict=True):
+            _invert(factor, one)
         self._inverse = inverse.reshape(*points.shape[:-1], n)
         for degree in range(assumed.degree, -1, -1):
             self._powers = polynomials.powers_up_to(degree, d)
             self._at_samples = polynomials.at_points(points, self._powers)
-            solved = self._at_samples.mT @ self._inverse
+            solved = self._solve(np.broadcast_to(self._at_samples, (*points.shape[:-1], len(self._powers))).mT)
             try:
                 root = np.linalg.cholesky(solved @ self._at_samples)
             except np.linalg.LinAlgError:
@@ -129,21 +146,37 @@ class Kriging:
 
     def apply(self, right: Array) -> Array:
         """B times the rows of `right` (m, n): the coefficients of the prediction from values (m, n)."""
-        solved = right @ self._inverse
+        solved = self._solve(right)
         return solved - (solved @ self._at_samples) @ self._drift
+
+    def _solve(self, right: Array) -> Array:
+        """K⁻¹ times the rows of `right` (m, n).
+
+        By the factors of K: a product with K⁻¹ would have errors of the size of ε K⁻¹, and with little noise that is
+        larger than what is predicted.
+        """
+        n = self.points.shape[-2]
+        rows = np.broadcast_to(right, (*self.points.shape[:-2], *right.shape[-2:])).reshape(len(self._factors), -1, n)
+        solved = [dpotrs(factor, one.T, lower=1)[0].T for factor, one in zip(self._factors, rows, strict=True)]
+        return np.stack(solved).reshape(*self.points.shape[:-2], -1, n)
 
     def over_boxes(self, axes: Sequence[Intervals]) -> Measures:
         """Of the measures that are products, over the axes, of one part of each; they come in C order of the parts."""
         *sets, n, _ = self.points.shape
+        assumed = self._assumed
         covariances = np.ones((*sets, 1, n))
         for a, axis in enumerate(axes):
-            along = axis.share @ _matern_means(self.points[..., None, :, a], axis.low, axis.high, self.length)
+            along = axis.share @ assumed.covariance.means(
+                self.points[..., None, :, a], axis.low, axis.high, assumed.length
+            )
             covariances = (covariances[..., :, None, :] * along[..., None, :, :]).reshape(*sets, -1, n)
         return Measures(covariances, polynomials.over_boxes(axes, self._powers))
 
     def at_points(self, points: Array) -> Measures:
         """Of the measures with mass 1 at one of the points (m, d); of one set only."""
-        covariances = _core.matern_between(np.ascontiguousarray(points), self.points, self.length, self._threads)
+        covariances = self._assumed.covariance.between(
+            np.ascontiguousarray(points), self.points, self._assumed.length, self._threads
+        )
         return Measures(covariances, polynomials.at_points(points, self._powers))
 
     def integrals(self, measures: Measures) -> Array:
@@ -177,19 +210,28 @@ class Kriging:
         return int(self._powers.max(initial=0))
 
 
-def _invert_covariance(points: Array, assumed: Model, threads: int, inverse: Array) -> None:
-    """Write K⁻¹ of one set (n, d) into `inverse` (n, n)."""
-    covariance = _core.matern_matrix(np.ascontiguousarray(points), assumed.length, threads).T
+def _factor(points: Array, assumed: Model, threads: int) -> Array:
+    """The Cholesky factor of K of one set (n, d), below the diagonal of (n, n).
+
+    Where K is singular to rounding, as with little noise and samples that coincide, with as much noise as it takes.
+    """
+    covariance = assumed.covariance.matrix(np.ascontiguousarray(points), assumed.length, threads).T
     covariance[np.diag_indices(len(points))] += assumed.noise
-    factor, _ = dpotrf(covariance, lower=1, overwrite_a=1)
-    lower, _ = dpotri(factor, lower=1, overwrite_c=1)
-    for first in range(0, len(points), _SIDE):  # in parts, as a whole transpose would miss the cache
+    factor, failed = dpotrf(covariance, lower=1, overwrite_a=1)
+    return _factor(points, replace(assumed, noise=10 * assumed.noise), threads) if failed else np.asarray(factor)
+
+
+def _invert(factor: Array, inverse: Array) -> None:
+    """Write K⁻¹ into `inverse` (n, n), from the Cholesky factor of K."""
+    lower, _ = dpotri(factor, lower=1)
+    n = len(factor)
+    for first in range(0, n, _SIDE):  # in parts, as a whole transpose would miss the cache
         rows = slice(first, first + _SIDE)
         inverse[rows, :first] = lower[rows, :first]
         inverse[:first, rows] = lower[rows, :first].T
         block = lower[rows, rows]  # 0 above the diagonal
         inverse[rows, rows] = block + block.T
-        inverse.flat[first * (len(points) + 1) : rows.stop * (len(points) + 1) : len(points) + 1] = block.diagonal()
+        inverse.flat[first * (n + 1) : rows.stop * (n + 1) : n + 1] = block.diagonal()
 
 
 def _groups_of_equal_size(group: Indices) -> Iterator[Indices]:
@@ -198,17 +240,3 @@ def _groups_of_equal_size(group: Indices) -> Iterator[Indices]:
     _, starts, sizes = np.unique(group[order], return_index=True, return_counts=True)
     for size in np.unique(sizes):
         yield order[starts[sizes == size][:, None] + np.arange(size)]
-
-
-def _matern_means(x: Array, low: Array, high: Array, length: float) -> Array:
-    """The means (..., intervals, n) of M(|· − x_j|) over [low_i, high_i], for x (..., 1, n).
-
-    The antiderivative of (1 + s + 2 s²/5 + s³/15) e^−s is 16/5 − (16/5 + 11/5 s + 3/5 s² + s³/15) e^−s.
-    """
-
-    def antiderivative(t: Array) -> Array:
-        s = math.sqrt(7) / length * np.abs(t)
-        tail = (16 / 5 + s * (11 / 5 + s * (3 / 5 + s / 15))) * np.exp(-s)
-        return np.copysign(16 / 5 - tail, t) * length / math.sqrt(7)
-
-    return (antiderivative(high[:, None] - x) - antiderivative(low[:, None] - x)) / (high - low)[:, None]

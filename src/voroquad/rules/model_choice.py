@@ -1,26 +1,27 @@
 """A model of the integrand for each group of samples, chosen by what it predicts of the other groups.
 
-The candidates are kriging and polynomials of several degrees, fitted to all samples. For a group c, each candidate
-predicts some other groups e, one by one, from the samples of neither; that of least squared error predicts c from all
-others and is corrected by the samples of c. Choice and prediction know nothing of c, so the estimate is unbiased:
+The candidates are kriging models and polynomials of several degrees, fitted to all samples. For a group c, each
+candidate predicts some other groups e, one by one, from the samples of neither; that of least squared error predicts c
+from all others and is corrected by the samples of c. Choice and prediction know nothing of c, so there is no bias:
 docs/theory.md, (13) and (30). Each component of an integrand chooses for itself.
 """
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Protocol
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._support.arrays import Array, Indices
 from .._support.blas import one_blas_thread
 from .global_fits import GlobalFits, degrees
+from .kriging import model, smooth_models
 from .kriging_rules import colour_groups, strata_in_colours
-from .tiled_kriging import TiledKriging
+from .tiled_kriging import Tile, TiledKriging, spread_out, tiles
 
 #: Kriging is left where another model has less than this part of its squared error. What gains little may be luck.
 HYSTERESIS = 0.5
@@ -28,6 +29,12 @@ HYSTERESIS = 0.5
 #: About how many samples of other groups are to be predicted to choose for a group, and the most groups that are taken
 #: for it on either side, in cyclic order.
 SCORED, PARTNERS = 60, 4
+
+#: The kriging models, the one for all kinds of integrands first.
+KRIGING = ("kriging", *smooth_models(1))
+
+#: Samples that tell kriging models apart.
+SCREENED = 384
 
 #: Components of an integrand that are computed together: more take more memory.
 FIELDS_AT_ONCE = 64
@@ -91,32 +98,72 @@ def choose_in_strata(points: Array, strata: tuple[int, ...], period: int, values
     weights, residuals = np.empty_like(values), np.empty_like(values)
     chosen = np.empty((*values.shape[:2], len(groups.members)), dtype=np.intp)
     for s, x in enumerate(points):
-        candidates: list[Candidates] = [TiledKriging(x, strata, period, threads)]
+        candidates: list[Candidates] = [*kriging_models(x, tiles(strata, period), n, threads)]
         if tried:
             candidates.append(GlobalFits(x, groups, axes, tried))
+        screening = kriging_models(x, [spread_out(strata, period, SCREENED)], SCREENED, threads)
         for first in range(0, values.shape[1], FIELDS_AT_ONCE):
             some = slice(first, first + FIELDS_AT_ONCE)
-            weights[s, some], residuals[s, some], chosen[s, some] = _choose(candidates, group, values[s, some])
-    names = tuple(itertools.chain.from_iterable(some.names for some in candidates))
-    return Choice(weights / n, residuals, names, chosen)
+            of_kriging = _in_question(screening, len(groups.members), values[s, some])
+            of_fits = np.ones((len(tried), *of_kriging.shape[1:]), dtype=bool)
+            found = _choose(candidates, np.concatenate([of_kriging, of_fits]), group, values[s, some])
+            weights[s, some], residuals[s, some], chosen[s, some] = found
+    return Choice(weights / n, residuals, (*KRIGING, *(f"degree {p}" for p in tried)), chosen)
 
 
-def _choose(candidates: Sequence[Candidates], group: Indices, values: Array) -> tuple[Array, Array, Indices]:
-    """Weights and residuals (fields, n), and models (fields, groups), of one set."""
-    pairs = partners(int(group.max()) + 1, len(group))
-    judged = scores(np.concatenate([some.squares(pairs, values) for some in candidates]), pairs, group.max() + 1)
-    judged[0] *= HYSTERESIS
-    best = np.argmin(judged, axis=0)
+def kriging_models(points: Array, parts: Sequence[Tile], density: int, threads: int) -> list[TiledKriging]:
+    """What kriging may assume of the integrand, in the order of :data:`KRIGING`; fitted to parts of the strata.
+
+    The density is the number of samples in the box if they were everywhere as close as in these parts.
+    """
+    assumed = (model(density, points.shape[1]), *smooth_models(density).values())
+    return [TiledKriging(name, one, points, parts, threads) for name, one in zip(KRIGING, assumed, strict=True)]
+
+
+def _in_question(screening: Sequence[TiledKriging], groups: int, values: Array) -> NDArray[np.bool_]:
+    """Which kriging models (models, fields, groups) may predict values (fields, n), by field and group.
+
+    All, where there are few samples. Else the one that is best, by the criterion of the final choice, on a part of the
+    samples all over the box, whose cost is small.
+    """
+    found = np.ones((len(screening), len(values), groups), dtype=bool)
+    if values.shape[1] <= SCREENED:
+        return found
+    pairs = partners(groups, SCREENED)
+    judged = scores(np.concatenate([some.squares(pairs, values) for some in screening]), pairs, groups)
+    found[:] = _least(judged) == np.arange(len(screening))[:, None, None]
+    return found
+
+
+def _choose(
+    candidates: Sequence[Candidates], in_question: NDArray[np.bool_], group: Indices, values: Array
+) -> tuple[Array, Array, Indices]:
+    """Weights and residuals (fields, n), and models (fields, groups), of one set.
+
+    Of the models of all candidates, those in question (models, fields, groups).
+    """
+    count = int(group.max()) + 1
+    pairs = partners(count, len(group))
+    judged = np.full(in_question.shape, np.inf)
+    ends = np.cumsum([0, *(len(some.names) for some in candidates)])
+    for first, end, some in zip(ends, ends[1:], candidates, strict=False):
+        if in_question[first:end].any():
+            judged[first:end] = scores(some.squares(pairs, values), pairs, count)
+    best = _least(np.where(in_question, judged, np.inf))
     weights, residuals = np.zeros_like(values), np.zeros_like(values)
-    models = itertools.chain.from_iterable(enumerate([some] * len(some.names)) for some in candidates)
-    for model, (which, of) in enumerate(models):
-        taken = best == model
+    for number, (which, of) in enumerate((which, some) for some in candidates for which in range(len(some.names))):
+        taken = best == number
         fields, groups = (np.flatnonzero(taken.any(axis=axis)) for axis in (1, 0))
         if len(fields):
             taken = taken[fields]
             weights[fields] += taken[:, groups] @ of.weights(which, groups)
             residuals[fields] += np.where(taken[:, group], of.residuals(which, groups, values[fields]), 0)
     return weights, residuals, best
+
+
+def _least(judged: Array) -> Indices:
+    """The model (fields, groups) of the least score (models, fields, groups); the first unless one is far better."""
+    return np.argmin(np.concatenate([HYSTERESIS * judged[:1], judged[1:]]), axis=0)
 
 
 def scores(squares: Array, pairs: Indices, count: int) -> Array:

@@ -9,9 +9,9 @@ part of the distribution of each group: docs/theory.md, (19) to (21).
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 import numpy as np
 
@@ -71,9 +71,24 @@ def tiles(strata: tuple[int, ...], period: int) -> tuple[Tile, ...]:
     return tuple(found)
 
 
-def tile_model(n: int, samples: int, d: int) -> Model:
-    """The model of a tile with n of all samples: the covariance of all, and a drift of no more terms than n allow."""
-    return replace(model(samples, d), degree=model(n, d).degree)
+@lru_cache(maxsize=32)
+def spread_out(strata: tuple[int, ...], period: int, most: int) -> Tile:
+    """A part of the strata, at most so many, all over the box: what tells models apart at little cost.
+
+    Examples
+    --------
+    >>> from voroquad.rules.tiled_kriging import spread_out
+    >>> spread_out((32, 32), 3, 4).strata
+    array([169, 383, 448, 733])
+    """
+    group, axes = strata_in_colours(strata, period)
+    numbers = np.sort(np.random.default_rng(0).permutation(len(group))[:most])
+    return Tile(numbers, np.ones(len(numbers)), Groups.of(group[numbers], group.max() + 1), tuple(axes))
+
+
+def tile_model(assumed: Model, n: int, d: int) -> Model:
+    """The model of a tile with n samples: that of the whole box, with a drift of no more terms than n allow."""
+    return replace(assumed, degree=min(assumed.degree, model(n, d).degree))
 
 
 def _ranges(k: int, side: int) -> Iterator[tuple[int, int]]:
@@ -91,22 +106,27 @@ class TiledKriging:
 
     Parameters
     ----------
+    name : str
+        Of the model.
+    assumed : Model
+        Of the whole box.
     points : ndarray, (n, d)
         One sample in each stratum, in their C order.
-    strata : tuple of int
-        Numbers of strata along each axis.
-    period : int
-        Of the colours, which are the groups.
+    parts : sequence of Tile
+        Of the strata.
     threads : int
         Number of threads; results do not depend on it.
     """
 
-    names: tuple[str, ...] = ("kriging",)
+    def __init__(self, name: str, assumed: Model, points: Array, parts: Sequence[Tile], threads: int):
+        self.names: tuple[str, ...] = (name,)
+        self._n, self._tiles = len(points), parts
+        self._points, self._assumed, self._threads = points, assumed, threads
 
-    def __init__(self, points: Array, strata: tuple[int, ...], period: int, threads: int):
-        self._n = len(points)
-        self._tiles = tiles(strata, period)
-        self._predictions = [_Prediction(tile, points[tile.strata], self._n, threads) for tile in self._tiles]
+    @cached_property
+    def _predictions(self) -> list[_Prediction]:
+        """Of the tiles; what is never asked for costs nothing."""
+        return [_Prediction(tile, self._assumed, self._points[tile.strata], self._threads) for tile in self._tiles]
 
     def squares(self, pairs: Indices, values: Array) -> Array:
         """As :class:`voroquad.rules.model_choice.Candidates` has it."""
@@ -138,9 +158,9 @@ class TiledKriging:
 class _Prediction:
     """What is predicted of a tile."""
 
-    def __init__(self, tile: Tile, points: Array, samples: int, threads: int):
+    def __init__(self, tile: Tile, assumed: Model, points: Array, threads: int):
         self._tile = tile
-        self.kriging = Kriging(points, tile_model(len(points), samples, points.shape[1]), threads)
+        self.kriging = Kriging(points, tile_model(assumed, *points.shape), threads)
 
     def samples(self, sets: Indices) -> Indices:
         """The members (sets, size) of sets of groups (sets, groups)."""

@@ -1,10 +1,9 @@
-// voroquad/detail/fits/matern.hpp: the covariance of a random function that is smooth along each
-// axis.
+// voroquad/detail/fits/covariances.hpp: covariances of random functions, products over the axes of
+// a correlation of the distance along each.
 //
-// Products over the axes of Matérn's function of smoothness 7/2 (three derivatives), with
-// s = √7 |x_a − y_a| / length:
+// With s = scale |x_a − y_a|,
 //
-//     k(x, y) = Π_a (1 + s + 2 s²/5 + s³/15) e^−s .
+//     k(x, y) = Π_a p(s) e^−q(s) .
 #pragma once
 
 #include <algorithm>
@@ -17,11 +16,35 @@
 
 namespace VOROQUAD::detail {
 
-class MaternCovariance {
+// Matérn's of smoothness 7/2: three derivatives.
+struct Matern7 {
+    static double scale(double length) { return std::sqrt(7.0) / length; }
+    static double factor(double s) { return 1.0 + s * (1.0 + s * (0.4 + s * (1.0 / 15.0))); }
+    static double exponent(double s) { return s; }
+};
+
+// Matérn's of smoothness 9/2: four derivatives.
+struct Matern9 {
+    static double scale(double length) { return 3.0 / length; }
+    static double factor(double s) {
+        return 1.0 + s * (1.0 + s * (3.0 / 7.0 + s * (2.0 / 21.0 + s * (1.0 / 105.0))));
+    }
+    static double exponent(double s) { return s; }
+};
+
+// The Gaussian: analytic functions.
+struct Gaussian {
+    static double scale(double length) { return 1.0 / length; }
+    static double factor(double) { return 1.0; }
+    static double exponent(double s) { return 0.5 * s * s; }
+};
+
+template <class Correlation>
+class Covariance {
 public:
     // `points` are (n, d).
-    MaternCovariance(const double *points, std::size_t n, std::size_t d, double length)
-        : n_(n), d_(d), scaled_(n * d), scale_(std::sqrt(7.0) / length) {
+    Covariance(const double *points, std::size_t n, std::size_t d, double length)
+        : n_(n), d_(d), scaled_(n * d), scale_(Correlation::scale(length)) {
         for (std::size_t j = 0; j < n; ++j)
             for (std::size_t a = 0; a < d; ++a) scaled_[a * n + j] = scale_ * points[j * d + a];
     }
@@ -82,8 +105,8 @@ private:
                 const double *y = scaled_.data() + a * n_, xa = x[a];
                 for (std::size_t j = 0; j < count; ++j) {
                     const double s = std::abs(y[j] - xa);
-                    sum[j] += s;
-                    k[j] *= 1.0 + s * (1.0 + s * (0.4 + s * (1.0 / 15.0)));
+                    sum[j] += Correlation::exponent(s);
+                    k[j] *= Correlation::factor(s);
                 }
             }
             for (std::size_t j = 0; j < count; ++j) k[j] *= std::exp(-sum[j]);
