@@ -118,7 +118,7 @@ figures: install llvm
 	$(BIN)/voroquad study -o build/figures/study
 	$(BIN)/voroquad compare depth-of-field -o build/figures/compare
 	$(BIN)/python examples/mri_density.py -o build/figures/mri
-	for example in brillouin_zone declustering particles peaks rain_gauges; do $(BIN)/python examples/$$example.py -o docs/figures || exit 1; done
+	for example in brillouin_zone declustering particles peaks rain_gauges stack_of_spirals; do $(BIN)/python examples/$$example.py -o docs/figures || exit 1; done
 	$(BIN)/python scripts/publish_figures.py build/figures
 
 clean:

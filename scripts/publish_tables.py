@@ -48,6 +48,26 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
     },
     "measured/bias.md": {"bias-tables": rules.bias_table, "order0": rules.order0_table},
     "cpp.md": {"header-speed": programs.header_speed_table, "contracts": contracts.contracts_table},
+    "uses/rain-gauges.md": {
+        "answers": programs.answer_table("rain_gauges"),
+        "peers": programs.use_table("Rain gauges"),
+    },
+    "uses/declustering.md": {
+        "answers": programs.answer_table("declustering"),
+        "peers": programs.use_table("Declustering"),
+    },
+    "uses/brillouin-zone.md": {
+        "answers": programs.answer_table("brillouin_zone"),
+        "peers": programs.use_table("Brillouin zone"),
+    },
+    "uses/particles.md": {
+        "answers": programs.answer_table("particles"),
+        "peers": programs.use_table("Particles"),
+    },
+    "uses/stack-of-spirals.md": {
+        "answers": programs.answer_table("stack_of_spirals"),
+        "peers": programs.use_table("Stack of spirals"),
+    },
     "measured/cells.md": {"cells": programs.cells_table},
     "measured/renders.md": {
         "scene-domains": renders.domains_table,

@@ -44,7 +44,12 @@ def test_importance_sampling(line):
 
 @pytest.mark.parametrize(
     ("name", "picture"),
-    [("brillouin_zone.py", "k_points.png"), ("declustering.py", "grades.png"), ("rain_gauges.py", "gauges.png")],
+    [
+        ("brillouin_zone.py", "k_points.png"),
+        ("declustering.py", "grades.png"),
+        ("rain_gauges.py", "gauges.png"),
+        ("stack_of_spirals.py", "spirals.png"),
+    ],
 )
 def test_cells_weigh_what_was_sampled_unevenly(name, picture, tmp_path):
     ((plain,), (weighted,), (truth,)) = map(numbers, lines(name, "-o", tmp_path))

@@ -1,10 +1,11 @@
-"""docs/measured/cells.md, mri.md, explorer.md and scaling.md: programs and processes."""
+"""docs/measured/cells.md, mri.md, explorer.md and scaling.md, docs/uses: programs and processes."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from pathlib import Path
 
-from .text import FIGURES, RESULTS, markdown, read, short
+from .text import FIGURES, RESULTS, markdown, read, scientific, short
 
 
 def cells_table() -> str:
@@ -26,6 +27,47 @@ def cells_summary() -> str:
         times = ", ".join(f"{r['program']} {short(float(r['times voroquad']))}" for r in others)
         rows.append([f"{int(n):,}, {points}", f"{own['ns per point']} ns per point", times])
     return markdown(rows, "l")
+
+
+def use_table(example: str) -> Callable[[], str]:
+    """An example of cells beside other programs: its time, and how far results differ."""
+
+    def table() -> str:
+        measured = [r for r in read(RESULTS / "use_peers.csv") if r["example"] == example]
+        answers = any(r["peer off by"] for r in measured)
+        what = measured[0]["compares"]
+        differ = [f"{what}: error"] if answers else [f"{what}: largest difference over their mean"]
+        rows = [["program", "points", "CPU time", "times voroquad", *differ]]
+        own = measured[0]
+        first = [off_by(own["voroquad off by"])] if answers else [""]
+        rows.append(["voroquad", f"{int(own['n']):,}", milliseconds(own["voroquad ms"]), "1", *first])
+        for r in measured:
+            last = off_by(r["peer off by"]) if answers else scientific(float(r["largest difference"]))
+            times = short(float(r["times voroquad"]))
+            rows.append([r["peer"], f"{int(r['n']):,}", milliseconds(r["peer ms"]), times, last])
+        return markdown(rows, "l")
+
+    return table
+
+
+def off_by(share: str) -> str:
+    """0.015 as +1.5 %."""
+    return f"{1e2 * float(share):+.1f} %".replace("-", "−")
+
+
+def milliseconds(time: str) -> str:
+    """A time as 340 ms or 14 s."""
+    return f"{short(float(time))} ms" if float(time) < 1000 else f"{short(float(time) / 1000)} s"
+
+
+def answer_table(example: str) -> Callable[[], str]:
+    """What an example of cells prints."""
+
+    def table() -> str:
+        rows = [[r["what"], r["answer"]] for r in read(RESULTS / "use_answers.csv") if r["example"] == example]
+        return markdown([["", "answer"], *rows], "l")
+
+    return table
 
 
 def header_speed_table(path: Path = RESULTS / "header_speed.csv") -> str:

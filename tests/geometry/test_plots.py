@@ -54,6 +54,19 @@ def test_holes_are_holes():
     assert np.sign(twice).sum() == 0  # filled once or not at all, by either rule
 
 
+def test_cells_of_a_disc_end_at_its_rim():
+    points = [[0.2, 0.5], [0.8, 0.5]]
+    ax = vq.cells(points, domain="ball").plot([0, 1], cmap=CMAP)
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    ax.axis("off")
+    ax.figure.canvas.draw()
+    picture = np.asarray(ax.figure.canvas.buffer_rgba())[..., :3]
+    for place, shade in (((0.1, 0.5), 0), ((0.9, 0.5), 255), ((0.02, 0.02), 255), ((0.02, 0.98), 255)):
+        column, row = ax.transData.transform(place)
+        colour = picture[len(picture) - 1 - int(row), int(column)]
+        assert (colour == shade).all(), place  # black and white cells, and white paper beyond the rim
+
+
 def test_in_space_faces_are_shaded_and_apart():
     ax = vq.cells([[0.25, 0.5, 0.5], [0.75, 0.5, 0.5]]).plot(cmap=CMAP)
     (faces,) = ax.collections
@@ -72,7 +85,7 @@ def test_in_space_faces_are_shaded_and_apart():
     [
         (lambda: vq.cells([[0.5, 0.5]]).plot([1, 2]), r"values has shape \(2,\); give one for each of the points"),
         (lambda: vq.cells(np.full((2, 1, 2), 0.5)).plot(), "plot needs one set of points"),
-        (lambda: vq.cells([[0.5, 0.5]], domain="ball").plot(), "cells in a ball have measures but no outlines"),
+        (lambda: vq.cells([[0.5] * 3], domain="ball").plot(), "cells in a ball have measures but no polyhedra"),
         (lambda: vq.cells([[0.5] * 3]).plot(ax=plt.figure().add_subplot()), "need an ax with projection='3d'"),
         (lambda: vq.cells([0.5]).plot(ax=plt.figure().add_subplot(projection="3d")), "need an ax without"),
     ],

@@ -269,6 +269,10 @@ class Cells:
         """For each cell in the plane, the rings (k, 2) around its pieces and holes."""
         return ([polygon] for polygon in self.polygons())
 
+    def _rim(self) -> tuple[Array, float] | None:
+        """Centre and radius of the disc that pictures of cells end at, if there is one."""
+        return None
+
     def _one_set(self, what: str, d: int | None = None) -> Array:
         if self._points.ndim != 2 or d not in (None, self._points.shape[-1]):
             raise ValueError(f"{what} needs one set of points (n, {d or 'd'}), got shape {self._points.shape}")

@@ -33,6 +33,7 @@ class Drawable(Protocol):
     def centroids(self) -> Array: ...
     def intervals(self) -> Array: ...
     def _outlines(self) -> Iterable[list[Array]]: ...
+    def _rim(self) -> tuple[Array, float] | None: ...
     def polyhedra(self) -> list[list[Array]]: ...
 
 
@@ -74,6 +75,11 @@ def _draw_plane(cells: Drawable, values: ScalarMappable, ax: Axes) -> None:
     shapes = PathCollection(paths, cmap=values.cmap, norm=values.norm, edgecolors="white", linewidths=0.6)
     shapes.set_array(values.get_array())
     ax.add_collection(shapes)
+    if (rim := cells._rim()) is not None:
+        from matplotlib.patches import Circle
+
+        edge = ax.add_patch(Circle((float(rim[0][0]), float(rim[0][1])), rim[1], fill=False, linewidth=0.6))
+        shapes.set_clip_path(edge)
     ax.plot(*cells.points.T, ".", color="black", markersize=min(3, 60 / len(paths) ** 0.5))
     ax.autoscale_view()
     ax.set_aspect("equal")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NoReturn
 
 import numpy as np
@@ -22,7 +23,7 @@ ROUND = 1e-12
 class RoundCells(Cells):
     """The parts of cells inside a ball, or inside a cylinder about the third axis, that touches the sides of its box.
 
-    Such pieces have curved borders: they have measures, and no corners.
+    Such pieces have curved borders: they have measures, and no corners. Those in a disc can be drawn.
     """
 
     def __init__(self, points: ArrayLike, box: Bounds, shape: str, threads: int):
@@ -69,8 +70,12 @@ class RoundCells(Cells):
         sides, periodic = self._bounds.in_core
         return sides, periodic, sides.mean(axis=1), self._bounds.length_in_core(self._radius)
 
-    def _outlines(self) -> NoReturn:
-        self._refuse("outlines")
+    def _outlines(self) -> Iterable[list[Array]]:
+        arrays = Cells._cut_polygons(self)  # of the box; the picture ends at the rim
+        return ([arrays[i]] for i in range(len(arrays)))
+
+    def _rim(self) -> tuple[Array, float]:
+        return self._centre, self._radius
 
     def _find_centroids(self) -> Array:
         self._refuse("centroids")
