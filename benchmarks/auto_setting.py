@@ -45,7 +45,7 @@ def rows_of(stage: Stage, spp: int) -> Rows:
         ratios.append([finding.over(found[0])[0] for finding in found])
         taken.append(pilot.best(found).method.name)
     width, height = sensor.film().crop_size()
-    part = pilot.IMAGES * pilot.images_of(methods, spp) * (width // step) * (height // step) / (width * height)
+    part = pilot.images_of(methods, spp) * (width // step) * (height // step) / (width * height)
     return [
         [
             stage.case.scene,

@@ -182,6 +182,63 @@ def summary_table() -> str:
     return markdown(rows, "lrrrrl")
 
 
+def pilots_table() -> str:
+    """What pilots find of their candidates, beside the errors of whole images."""
+    rows = [["scene", "spp", "candidate", "pilots say", "taken by", "in images", "pilot's samples"]]
+    of_samplers = {"adaptive": "adaptive", "mitsuba-multijitter": "multijitter", "own": "independent"}
+    cost = {"adaptive": 1.1}  # of a sample, as the pilot reckons
+    mse = {(r["scene"], r["spp"], r["sampler"]): float(r["mse"]) for r in read(RESULTS / "samplers.csv")}
+    for r in read(RESULTS / "auto_setting.csv"):
+        scene, spp, name = r["scene"], r["spp"], r["candidate"]
+        if name == "owensobol" or float(r["pilot"]) == 0:
+            continue
+        weights = {"spectral": "weights-wavelength"}.get(scene, name if name.startswith("weights") else "")
+        sampler = "weights" if name == weights else of_samplers.get(name, "")
+        keys = ((scene, spp, sampler), (scene, spp, DEFAULT_SAMPLER))
+        seen = f"{cost.get(name, 1) * mse[keys[0]] / mse[keys[1]]:.2f}" if all(key in mse for key in keys) else ""
+        part = f"{100 * float(r['pilot']):.0f} %"
+        rows.append([scene, spp, name, f"{float(r['predicted']):.2f}", f"{r['taken']} of {r['pilots']}", seen, part])
+    return markdown(rows, "lrl")
+
+
+def integrators_table() -> str:
+    """Variances of other integrators and of derivatives over those of independent samples."""
+    rows = [["", "multijitter", "owensobol"]]
+    measured = read(RESULTS / "integrator_variance.csv")
+    for quantity in dict.fromkeys(r["quantity"] for r in measured):
+        own = {r["sampler"]: r for r in measured if r["quantity"] == quantity}
+        texts = [f"{float(own[s]['ratio']):.3f}{PLUS_MINUS}{float(own[s]['error']):.3f}" for s in rows[0][1:]]
+        rows.append([quantity, *texts])
+    return markdown(rows, "l")
+
+
+def public_table() -> str:
+    """Scenes of Mitsuba's own: the setting of a render beside the scene's own sampler."""
+    rows = [["scene", "setting of a render", "own sampler", "MSE over its own", "with cost", "z of the mean"]]
+    for r in read(RESULTS / "public_scenes.csv"):
+        relative = hypot(float(r["own_error"]) / float(r["own_mse"]), float(r["auto_error"]) / float(r["auto_mse"]))
+        ratio = float(r["ratio"])
+        text = f"{ratio:.3f}{PLUS_MINUS}{ratio * relative:.3f}"
+        rows.append(
+            [f"`{r['scene']}`", r["setting"], r["own_sampler"], text, f"{ratio * float(r['time']):.3f}", r["mean_z"]]
+        )
+    return markdown(rows, "lll")
+
+
+def sampler_bias_table() -> str:
+    """Means of many renders against references, setting by setting."""
+    rows = [["setting", "scenes", "values", "least p", "largest threshold", "unbiased in"]]
+    measured = read(RESULTS / "sampler_bias.csv")
+    for setting in dict.fromkeys(r["rule"] for r in measured):
+        own = [r for r in measured if r["rule"] == setting]
+        values = sum(int(r["values"]) for r in own)
+        unbiased = sum(r["unbiased"] == "yes" for r in own)
+        least = scientific(min(float(r["least_p"]) for r in own))
+        most = scientific(max(float(r["threshold"]) for r in own))
+        rows.append([setting, str(len(own)), str(values), least, most, f"{unbiased} of {len(own)}"])
+    return markdown(rows, "l")
+
+
 def directions_table() -> str:
     """What weights do to sets of directions at the first hit."""
     rows = [["scene", "spp", "sets", "equal weights", "weights", "gain", "blend"]]

@@ -142,14 +142,11 @@ class Adaptive(Plain):
             return
         self.sharing.check(spp)
         means, mean, variance = self._moments(scene, sensor, seed, spp)
-        if self.part == 1:
-            number = self.sharing.counts(mean, variance, spp)
-        else:  # the pixels are apart from each other
-            number = self.sharing.counts_apart(*self._around(scene, sensor, seed, spp), spp)
+        number = self.sharing.counts(mean, variance, spp)
         self._pilot = Pilot(seed, spp, number, means, footprint.crop(number.astype(np.float32)))
 
-    def _around(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> tuple[Floats, Floats]:
-        """Mean and variance (height, width, colours) of a sample in each pixel's neighbours in the larger image."""
+    def counts_apart(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> Integers:
+        """Samples (height, width) that an image would share out to those of its pixels that `sensor` shows (`part`)."""
         found = []
         try:
             for k, self.shift in enumerate(NEIGHBOURS):
@@ -157,7 +154,7 @@ class Adaptive(Plain):
         finally:
             self.shift = (0, 0)
         mean, variance = np.mean(found, axis=0)
-        return mean, variance
+        return self.sharing.counts_apart(mean, variance, spp)
 
     def _moments(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> tuple[Floats, Floats, Floats]:
         """Of the pilot's samples: means in the columns of `Layout.row`, and those and the variance of the colours."""

@@ -26,8 +26,8 @@ KINDS = ("absolute", "relative")
 SPREAD = 4
 #: The noise of a pixel is estimated from so many pixels on each side
 REACH = 2
-#: Where it is estimated instead if the pixels are apart from each other in a larger image, in pixels of that
-NEIGHBOURS = ((1, 0), (-1, 0), (0, 1), (0, -1))
+#: Those pixels of the other half, right of and below a pixel
+NEIGHBOURS = tuple((x, y) for y in range(-REACH, REACH + 1) for x in range(-REACH, REACH + 1) if (x + y) % 2)
 #: Part of the mean radiance that counts as 0 where errors are relative
 DARK = 0.1
 

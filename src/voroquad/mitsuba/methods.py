@@ -50,7 +50,7 @@ class RenderMethod:
     line: Line
     joint: bool = False  # with the pixel's area in one set
     cost: float = 1.0  # of a sample, over one of the nested integrator alone
-    around: int = 0  # samples around each pixel that a pilot takes besides
+    around: int = 0  # samples at and around each pixel that a pilot takes in place of images
 
     @property
     def blends(self) -> bool:
@@ -142,7 +142,7 @@ WEIGHTS = RenderMethod(
 #: Its cost is an estimate: the pilot's wavefronts and those of each level are smaller
 ADAPTIVE = RenderMethod(
     "adaptive", "adaptive", "plain", {"adaptive": "absolute"}, Line(SKY, "solid"), cost=1.1,
-    around=len(NEIGHBOURS) * Sharing.at_least,
+    around=(len(NEIGHBOURS) + 2) * Sharing.at_least,
 )  # fmt: skip
 
 
