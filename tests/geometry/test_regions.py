@@ -7,6 +7,7 @@ import sys
 
 import numpy as np
 import pytest
+from any_domains import any_domain
 from any_points import any_set
 from hypothesis import given
 from hypothesis import strategies as st
@@ -118,7 +119,46 @@ def test_refuses(domain, message):
         vq.cells([[0.1, 0.1], [0.5, 0.9]], domain=domain)
 
 
-@pytest.mark.parametrize("what", ["polygons", "neighbours", "triangulation", "polygon_arrays"])
+@given(n=st.integers(1, 40), seed=st.integers(0, 2**32))
+def test_neighbours_share_the_border_of_their_pieces(n, seed):
+    """Against the common border of the pieces, which GEOS finds where both have the same corners."""
+    rng = np.random.default_rng(seed)
+    region = random_region(rng)
+    points = points_in(rng, region, n)
+    cells = vq.cells(points, domain=region)
+    near, pieces = cells.neighbours(), cells.geometries()
+    np.testing.assert_allclose(near.surfaces, shapely.length(pieces), rtol=1e-9)
+    assert near.border.sum() == pytest.approx(region.length, rel=1e-9)
+    whole = vq.cells(points, bounds=cells.bounds).neighbours()
+    pairs = set(zip(whole.rows.tolist(), whole.indices.tolist(), strict=True))
+    found = list(zip(near.rows.tolist(), near.indices.tolist(), near.measures.tolist(), strict=True))
+    assert {(i, j) for i, j, _ in found} <= pairs
+    assert sorted(found) == sorted((j, i, length) for i, j, length in found) == found
+    np.testing.assert_allclose(near.distances, np.linalg.norm(points[near.rows] - points[near.indices], axis=1))
+
+
+def test_a_shared_face_ends_at_a_hole():
+    frame = shapely.box(0, 0, 3, 3).difference(shapely.box(1, 1, 2, 2))
+    near = vq.cells([[0.5, 1.5], [2.5, 1.5], [2.5, 1.5]], domain=frame).neighbours()
+    assert [near[i].tolist() for i in range(3)] == [[1], [0], []]
+    np.testing.assert_allclose(near.measures, 2)  # one below the hole, one above
+    np.testing.assert_allclose(near.border, [8, 8, 0])
+    apart = shapely.union_all([shapely.box(0, 0, 1, 1), shapely.box(2, 0, 3, 1)])
+    assert len(vq.cells([[0.5, 0.5], [2.5, 0.5]], domain=apart).neighbours().indices) == 0
+    np.testing.assert_allclose(vq.cells([[0.5, 0.5]], domain=apart).neighbours().border, [8])
+
+
+@given(any_domain(("polygon",)))
+def test_neighbours_of_any_set(case):
+    near = vq.cells(case.points, **case.arguments).neighbours()
+    assert np.isfinite(near.measures).all()
+    assert (near.measures > 0).all()
+    assert (near.border >= 0).all()
+    if not (near.distances < 1e-6).any():  # else rounding decides which of a cluster's points share a face
+        assert near.border.sum() == pytest.approx(case.arguments["domain"].length, rel=1e-9)
+
+
+@pytest.mark.parametrize("what", ["polygons", "triangulation", "polygon_arrays"])
 def test_refuses_what_pieces_have_not(what):
     with pytest.raises(ValueError, match="cells in a polygon may consist of several pieces and have no"):
         getattr(vq.cells([[0.1, 0.1]], domain=BAY), what)()

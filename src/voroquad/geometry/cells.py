@@ -46,10 +46,10 @@ def cells(
         * a pair ``(A, b)`` of normals (m, d) and offsets (m,): the convex polygon or polytope of all x with A x ≤ b;
         * a polygon or multipolygon, with or without holes, of Shapely, GeoPandas or anything that has
           ``__geo_interface__``, such as :class:`voroquad.Polygon`, d = 2; needs the extra ``geo``. Such cells have
-          `measures`, `centroids`, `locate`, `geometries` and `plot`;
+          `measures`, `centroids`, `locate`, `neighbours`, `geometries` and `plot`;
         * ``"ball"``: the disc or ball that touches the sides of `bounds`, which must be equal; ``"cylinder"``, d = 3:
           the same in the first two axes, between the ends of the third, which may be periodic. Such cells have
-          `measures` and `locate`.
+          `measures` and `locate`, those of a disc also `plot`.
     cell : array_like, (d, d), optional
         Lattice vectors, one in each row, that repeat the points: the cells of a triclinic crystal. Points may lie
         anywhere. The vectors need not be reduced.

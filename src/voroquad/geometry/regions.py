@@ -23,6 +23,8 @@ Region: TypeAlias = "shapely.Polygon | shapely.MultiPolygon"
 
 #: How far outside a polygon a point may lie, relative to its coordinates, and still count as on its border
 ON_BORDER = 1e-14
+#: A shared face smaller than this part of the perimeter of either cell is none
+SMALL = 1e-12
 
 
 def is_region(domain: Any) -> bool:
@@ -113,7 +115,31 @@ class RegionCells(Cells):
             yield [shapely.get_coordinates(ring)[:-1] for ring in rings] or [shapely.get_coordinates(pieces)[:1]]
 
     def _find_neighbours(self) -> Neighbours:
-        self._refuse("neighbours")
+        import shapely
+
+        near = super()._find_neighbours()
+        rows = near.rows
+        ends = _faces(self.points, near, self.bounds)
+        once = np.flatnonzero(rows < near.indices)
+        lines = shapely.intersection(shapely.linestrings(ends[once]), self._region)
+        found = np.asarray(shapely.length(lines)).tolist()
+        length = dict(zip(zip(rows[once], near.indices[once], strict=True), found, strict=True))
+        pairs = zip(np.minimum(rows, near.indices), np.maximum(rows, near.indices), strict=True)
+        measures = np.array([length[pair] for pair in pairs], dtype=np.float64)
+        around = np.asarray(shapely.length(self.geometries()))
+        kept = measures > SMALL * np.minimum(around[rows], around[near.indices])
+        count = np.bincount(rows[kept], minlength=len(near))
+        first = np.unique(self._points, axis=0, return_index=True)[1]  # of coinciding points, which has the entries
+        border = np.zeros(len(near))
+        border[first] = (around - np.bincount(rows[kept], measures[kept], len(near)))[first]
+        return Neighbours(
+            np.concatenate([[0], np.cumsum(count)]),
+            near.indices[kept],
+            measures[kept],
+            near.distances[kept],
+            near.shifts[kept],
+            np.maximum(border, 0.0),
+        )
 
     def _refuse(self, what: str) -> NoReturn:
         raise ValueError(
@@ -137,6 +163,31 @@ def _drawn_in(points: Array, region: Region, epsilon: float) -> Array:
         raise ValueError(f"points[{index}] = {points[first].tolist()} is outside the polygon; drop it")
     inside[outside] = shapely.get_coordinates(shapely.get_point(towards, 0))
     return inside.reshape(points.shape)
+
+
+def _faces(points: Array, near: Neighbours, bounds: Array) -> Array:
+    """The ends (m, 2, 2) of the faces that cells share in a box: what the other faces leave of the line halfway."""
+    ends = np.empty((len(near.indices), 2, 2))
+    low, high = bounds.T
+    walls = np.concatenate([np.eye(2), -np.eye(2)])
+    for i, point in enumerate(points):
+        entries = slice(int(near.indptr[i]), int(near.indptr[i + 1]))
+        way = points[near.indices[entries]] - point
+        length = np.linalg.norm(way, axis=1)
+        normals = np.concatenate([way / length[:, None], walls])  # of half-planes n·y ≤ h, y relative to the point
+        heights = np.concatenate([length / 2, high - point, point - low])
+        for k in range(len(way)):
+            along = np.array([-normals[k, 1], normals[k, 0]])
+            slope = normals @ along
+            room = heights - heights[k] * (normals @ normals[k])
+            crosses = np.abs(slope) > 1e-15
+            crosses[k] = False
+            at = room[crosses] / slope[crosses]
+            until = at[slope[crosses] > 0].min(initial=np.inf)
+            since = at[slope[crosses] < 0].max(initial=-np.inf)
+            middle = point + heights[k] * normals[k]
+            ends[entries.start + k] = middle + np.array([[since], [max(since, until)]]) * along
+    return ends
 
 
 def _areas(parts: Any) -> NDArray[np.object_]:
