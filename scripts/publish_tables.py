@@ -28,6 +28,8 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "families": integrals.families_table,
         "peers": integrals.peers_table,
         "peer-times": integrals.peer_times_table,
+        "equal-time": integrals.equal_time_table,
+        "stress": integrals.stress_table,
         "asian-options": integrals.asian_options_table,
         "peaks": integrals.peaks_table,
         "domain-maps": integrals.domain_maps_table,

@@ -65,6 +65,7 @@ public:
         for (std::size_t q = 0; q < detail::stencil_count<D>; ++q)
             if (detail::stencil_size(q) <= k) stencils_.emplace_back(detail::stencil_size(q));
         grid_.assign(fields * room(), 0.0);
+        unit_.assign(fields, 0);
         renew(keys);
     }
 
@@ -103,6 +104,7 @@ public:
         if (samples < cells_)
             VOROQUAD_FAIL(std::invalid_argument("samples must be at least one per cell"));
         pick_.resize(fields_ * cells_);
+        expected_.resize(fields_ * cells_);
         demand_.resize(cells_);
         std::vector<double> scale(fields_, 1.0);
         if (fields_ > 1) scale = inverse_means(threads, pause);
@@ -117,6 +119,7 @@ public:
     template <class Pause = NoPause>
     std::vector<double> difficulty(unsigned threads, Pause &&pause = {}) {
         pick_.resize(fields_ * cells_);
+        expected_.resize(fields_ * cells_);
         std::vector<double> found = inverse_means(threads, pause);
         const auto cells = static_cast<double>(cells_);
         for (double &x : found) x = std::pow(cells / x, 1.5) / cells;
@@ -199,6 +202,7 @@ public:
         double *values = grid(field);
         for (std::size_t i = 0; i < cells_; ++i) values[i] = std::ldexp(values[i], power);
         sums_[field].rescale(power);
+        unit_[field] += 2 * power;
     }
 
     // Sums over the cells that have been added
@@ -254,6 +258,7 @@ private:
                 for (std::size_t i = 0; i < least.size(); ++i) {
                     const double square = std::isfinite(least[i]) ? least[i] : 0.0;
                     const double part = std::cbrt(square + tiny[f]);
+                    expected_[f * cells_ + begin * row + i] = exponent_of(square + tiny[f]);
                     all[i] += scale[f] * part;
                     sum += part;
                 }
@@ -275,6 +280,11 @@ private:
         for (std::size_t i = 0; i < sums.size(); ++i) inverse[i % fields_] += sums[i];
         for (double &x : inverse) x = static_cast<double>(cells_) / x;
         return inverse;
+    }
+
+    // The exponent of a power of two, for the range of what squares of residuals are expected to be
+    static std::int8_t exponent_of(double square) {
+        return static_cast<std::int8_t>(std::clamp(std::ilogb(square), -128, 127));
     }
 
     // The square of what rounding alone may leave of a residual
@@ -348,23 +358,24 @@ private:
         const double *grid = grid_.data() + field * room();
         switch (pick_[field * cells_ + index]) {
         case 0:
-            return correct_with<1>(cell, offsets, index, grid, values, sums);
+            return correct_with<1>(cell, offsets, index, field, grid, values, sums);
         case 1:
-            return correct_with<3>(cell, offsets, index, grid, values, sums);
+            return correct_with<3>(cell, offsets, index, field, grid, values, sums);
         case 2:
-            return correct_with<5>(cell, offsets, index, grid, values, sums);
+            return correct_with<5>(cell, offsets, index, field, grid, values, sums);
         case 3:
-            return correct_with<7>(cell, offsets, index, grid, values, sums);
+            return correct_with<7>(cell, offsets, index, field, grid, values, sums);
         case 4:
-            return correct_with<9>(cell, offsets, index, grid, values, sums);
+            return correct_with<9>(cell, offsets, index, field, grid, values, sums);
         default:
-            return correct_with<11>(cell, offsets, index, grid, values, sums);
+            return correct_with<11>(cell, offsets, index, field, grid, values, sums);
         }
     }
 
     template <std::size_t R>
     void correct_with(const Drawn &cell, const double *offsets, std::size_t index,
-                      const double *grid, const double *values, detail::PilotSums &sums) const {
+                      std::size_t field, const double *grid, const double *values,
+                      detail::PilotSums &sums) const {
         const detail::Stencil &stencil = stencils_[(R - 1) / 2];
         const double centre = grid[index];
         std::array<std::size_t, D> at;
@@ -376,6 +387,7 @@ private:
             w[a] = stencil.cell_mean[at[a]];
         }
         const double mean = detail::contract<D, R>(grid, stride_, w);
+        const int exponent = expected_[field * cells_ + index] + unit_[field];
         double sum = 0.0, square = 0.0, size = 0.0, absolute = 0.0, value_square = 0.0;
         detail::WorstCell worst{.cell = index, .samples = cell.samples()};
         detail::Halving halving;
@@ -403,6 +415,7 @@ private:
         sums.signed_means.add(index, sum * share);
         worst.square = square * share * share;
         sums.square += worst.square;
+        sums.expected += std::ldexp(share, exponent);
         sums.size += std::abs(mean) + (absolute + size) * share;
         sums.absolute += absolute * share;
         sums.value_square += value_square * share * share;
@@ -413,10 +426,12 @@ private:
     std::array<std::size_t, D> stride_{};
     std::vector<Key> keys_;
     std::vector<detail::Stencil> stencils_;
-    std::vector<double> grid_;         // component by component, with room to read behind each
-    std::vector<std::uint8_t> pick_;   // (fields, cells): the stencil
-    std::vector<std::int16_t> demand_; // for samples, in logarithms
-    int offset_ = 0;                   // that turns demand into levels
+    std::vector<double> grid_;          // component by component, with room to read behind each
+    std::vector<std::uint8_t> pick_;    // (fields, cells): the stencil
+    std::vector<std::int8_t> expected_; // (fields, cells): exponent of the square of a residual
+    std::vector<int> unit_;             // of each component, what to add to these exponents
+    std::vector<std::int16_t> demand_;  // for samples, in logarithms
+    int offset_ = 0;                    // that turns demand into levels
     std::vector<Part> parts_;
     std::vector<std::optional<detail::ScrambledSobol<D>>> scrambled_;
     std::deque<Samples> drawn_; // without values as yet

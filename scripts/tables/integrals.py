@@ -109,6 +109,9 @@ def weight_bounds_table() -> str:
     return markdown([[*names.values()], *([r[k] for k in names] for r in measured)], "llll")
 
 
+#: Squared relative errors below are rounding.
+LEAST_SQUARE = 1e-32
+
 #: Of each kind of rule one or two
 SHOWN_PEERS = (
     "qmc_quad", "cubature", "vegas", "qmcpy-lattice", "qmcpy-net", "control-neighbours", "cubic-2", "cubic-4",
@@ -136,6 +139,46 @@ def peer_times_table() -> str:
         own = times[d, n, ours]
         ratios = [short(times[d, n, peer] / own) if (d, n, peer) in times else "–" for peer in peers]
         rows.append([d, n, short(own), *ratios])
+    return markdown(rows, "ll")
+
+
+def equal_time_table() -> str:
+    """Squared errors of vq.quad over those of qmc_quad at equal processor time: all families, and the worst."""
+    known: dict[tuple[int, str, str], list[tuple[float, float]]] = {}
+    for r in read(RESULTS / "equal_time.csv"):
+        points = known.setdefault((int(r["d"]), r["rule"], r["family"]), [])
+        points.append((float(r["milliseconds"]), max(float(r["squared_error"]), LEAST_SQUARE)))
+
+    def at(d: int, rule: str, family: str, time: float) -> float | None:
+        """The squared error with the most points that take at most so many milliseconds."""
+        return next((e for t, e in reversed(known.get((d, rule, family), [])) if t <= time), None)
+
+    families = list(FAMILIES)
+    longest = max(t for points in known.values() for t, _ in points)
+    times = [2**k for k in range(0, 14, 2) if 2**k <= longest]
+    rows = [["d", "method", "families", *(f"{time} ms" for time in times)]]
+    for d in sorted({key[0] for key in known}):
+        for rule in ("quad", "quad, default"):
+            found = {
+                time: [own / other for f in families
+                       if (own := at(d, rule, f, time)) and (other := at(d, "qmc_quad", f, time))]
+                for time in times
+            }  # fmt: skip
+            whole = {time: ratios for time, ratios in found.items() if len(ratios) == len(families)}
+            means = [short(statistics.geometric_mean(whole[t])) if t in whole else "–" for t in times]
+            worst = [short(max(whole[t])) if t in whole else "–" for t in times]
+            name = "default" if "default" in rule else "pilot" if d <= 3 else "polynomials"
+            rows += [[str(d), name, "all, mean", *means], [str(d), name, "worst", *worst]]
+    return markdown(rows, "lll")
+
+
+def stress_table() -> str:
+    """The pilot rule on integrands that a grid resolves badly."""
+    rows = [["d", "integrand", "MSE of Sobol' points over its own", "intervals that hold", "calls that warn", "of"]]
+    for r in read(RESULTS / "pilot_stress.csv"):
+        rows.append(
+            [r["d"], r["integrand"], short(float(r["gain"])), percent(r["coverage"]), percent(r["warned"]), r["kind"]]
+        )
     return markdown(rows, "ll")
 
 

@@ -155,6 +155,7 @@ void bind_rule(nb::module_ &m) {
     bind_sums(rule, "integral", [](const Sums &s) { return s.integral.value(); });
     bind_sums(rule, "midpoints", [](const Sums &s) { return s.midpoints.value(); });
     bind_sums(rule, "square", [](const Sums &s) { return s.square; });
+    bind_sums(rule, "expected", [](const Sums &s) { return s.expected; });
     bind_sums(rule, "size", [](const Sums &s) { return s.size; });
     bind_sums(rule, "absolute", [](const Sums &s) { return s.absolute; });
     bind_sums(rule, "value_square", [](const Sums &s) { return s.value_square; });

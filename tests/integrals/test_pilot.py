@@ -82,6 +82,53 @@ def test_threads_change_nothing_that_a_callback_gets(monkeypatch):
     assert seen(3) == alone
 
 
+UNSEEN: dict[str, Callable[[np.ndarray, int], np.ndarray]] = {
+    "wave in step": lambda x, k: np.exp(x[0]) + 1e-6 * np.cos(2 * np.pi * k * x[0]),
+    "product of waves": lambda x, k: np.prod(np.cos(2 * np.pi * k * x), axis=0),
+    "wave at the highest frequency": lambda x, k: np.cos(np.pi * k * x[0]),
+    "layer beside the centres": lambda x, k: 1.0 + (np.abs(k * x[0] - 7.0) < 0.3),
+    "peaks beside the centres": lambda x, k: 1.0 + 9 * (np.square(k * x - np.round(k * x)).sum(axis=0) < 0.1),
+}
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("name", UNSEEN)
+@pytest.mark.parametrize("size", [1e-200, 1.0, 1e200])
+def test_what_the_grid_does_not_see_is_warned_of(d, name, size):
+    n = 20_000
+    with pytest.warns(vq.IntegrationWarning) as caught:
+        r = vq.quad(lambda x: np.stack([0 * x[0] + 1, size * UNSEEN[name](x, grid_side(n, d))]), [0] * d, [1] * d,
+                    n_points=n, method="pilot", rng=1)  # fmt: skip
+    assert {w.message.kind for w in caught} <= {"unforeseen", "one-stratum"}
+    assert not r.success
+    if name == "wave in step":
+        assert caught[0].message.details["component"] == 1
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+def test_what_the_grid_sees_is_not_warned_of(d):
+    """New members of all families, rounding, and no change: fewer than 2 % of calls, of smooth ones none."""
+    smooth = [lambda x: np.exp(x.sum(axis=0)), lambda x: 3.0 + 0 * x[0], lambda x: np.cos(9 * x[0]) + 1e8,
+              lambda x: np.exp(x.sum(axis=0)).astype(np.float32)]  # fmt: skip
+    smooth += [f for f in instances(d, 12, rng=77) if f.name in ("oscillatory", "peak", "corner", "gaussian")]
+    rough_ones = [f for f in instances(d, 12, rng=77) if f.name in ("kink", "half-plane", "ball")]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", vq.IntegrationWarning)
+        for n in (1000, 20_000):
+            warned = [
+                [vq.quad(f, [0] * d, [1] * d, n_points=n, method="pilot", rng=2).warnings for f in some]
+                for some in (smooth, rough_ones)
+            ]
+            assert not any(warned[0])
+            k = grid_side(n, d)
+
+            def rounds(x: np.ndarray, k: int = k) -> np.ndarray:
+                return (1 + 1e-7 * np.cos(2 * np.pi * k * x[0])).astype(np.float32)
+
+            assert vq.quad(rounds, [0] * d, [1] * d, n_points=n, method="pilot", rng=2).success
+            assert sum(w[0].kind == "unforeseen" for w in warned[1] if w) <= 1
+
+
 @pytest.mark.parametrize("threads", [1, 2])
 def test_an_exception_in_the_middle_is_raised(threads):
     calls = []

@@ -25,6 +25,11 @@ TEXTS = {
         "a single stratum causes most of the error: the integrand is not resolved there and the error is "
         "uncertain; use more points or split the box there"
     ),
+    "unforeseen": (
+        "samples miss their predictions by far more than the grid of the pilot rule led to expect: func oscillates in "
+        "step with the grid, or is large between its points; use another number of points, or limits close to where "
+        "func is large"
+    ),
     "no-error": "a single set of points has no standard error; take n_points of at least 8",
     "no-finite-error": "the standard error is not finite, though the integral is known; try func in other units",
     "give-atol": "the integral is 0 within its error, so rtol alone cannot be met; give atol as well",
@@ -47,9 +52,10 @@ class IntegrationWarning(UserWarning):
     Attributes
     ----------
     kind : str
-        ``"not-finite"``, ``"zero"``, ``"few-samples"``, ``"one-stratum"``, ``"no-error"``, ``"no-finite-error"``,
-        ``"tolerance"``, ``"rounding"``, ``"stopped"`` or, of a ratio, ``"vague-denominator"``. Advice, which leaves the
-        result reliable, is ``"point-by-point"`` and ``"give-atol"``.
+        ``"not-finite"``, ``"zero"``, ``"few-samples"``, ``"one-stratum"``, ``"unforeseen"``, ``"no-error"``,
+        ``"no-finite-error"``, ``"tolerance"``, ``"rounding"``, ``"stopped"`` or, of a ratio,
+        ``"vague-denominator"``. Advice, which leaves the result reliable, is ``"point-by-point"`` and
+        ``"give-atol"``.
     details : dict
         The numbers behind it, such as the first point ``"x"`` where func is not finite.
     """

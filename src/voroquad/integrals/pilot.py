@@ -29,11 +29,16 @@ FEWEST = 16
 #: Share of the evaluations that are the grid's.
 GRID_SHARE = 0.25
 
-#: The most cells: beyond, all further evaluations are samples, and memory stays what it is, 184 MB a component.
+#: The most cells: beyond, all further evaluations are samples, and memory stays what it is, 201 MB a component.
 MOST_CELLS = 1 << 24
 
 #: Samples of a cell which tell its error even where they alone make up the error.
 MANY_SAMPLES = 16
+
+#: Ratio of the squares of residuals to what the grid leads to expect, from which on the grid is taken to miss
+#: something; that of smooth integrands, kinks, edges and singularities is seldom above 300. Errors up to so many
+#: times rounding count as rounding.
+UNFORESEEN, LEAST_ERROR = 1e3, 10.0
 
 #: Points of a call of the integrand, about; a cell may have 2^14 samples.
 POINTS_AT_ONCE = 1 << 17
@@ -219,8 +224,8 @@ class PilotRun:
         if not self.integrand.empty:
             zero = self.grid_is_zero & (rule.value_square == 0)
             warnings = unresolved(rule.absolute, rule.value_square, zero, self.samples)
-            if surprise := self._surprise():
-                warnings += [] if any(w.kind == "few-samples" for w in warnings) else [surprise]
+            if not warnings and (surprise := self._surprise() or self._unforeseen(rounding)):
+                warnings = [surprise]
         mean, error, rounding = (np.ldexp(x, self.power) for x in (mean, error, rounding))
         return Estimate(
             mean, error, rounding, cells + self.samples, freedom, tuple(warnings), rule.deviations, self._told()
@@ -256,6 +261,15 @@ class PilotRun:
                 x, _ = self.integrand.pull_back(centre)
                 return diagnosis("one-stratum", x=x[:, 0].tolist(), share=round(square / total, 3))
         return None
+
+    def _unforeseen(self, rounding: Array) -> IntegrationWarning | None:
+        """A warning where residuals are far larger than the grid led to expect: it does not see the integrand."""
+        rule = self.rule
+        seen = np.sqrt(rule.square) / self.cells <= LEAST_ERROR * rounding  # what is left may be rounding
+        times = np.divide(rule.square, rule.expected, out=np.zeros_like(rounding), where=~seen)
+        if not (times > UNFORESEEN).any():
+            return None
+        return diagnosis("unforeseen", times=float(f"{math.sqrt(times.max()):.3g}"), component=int(times.argmax()))
 
 
 def _finite(values: Array) -> Array:

@@ -65,6 +65,7 @@ struct PilotSums {
     ExactSum integral;         // cell mean of P + (1/m) Σ r
     ExactSum midpoints;        // value at the centre
     double square = 0.0;       // Σ (r/m)²
+    double expected = 0.0;     // what the grid leads to expect of it
     double size = 0.0;         // |cell mean of P| + (1/m) Σ (|y| + |P|): what rounds
     double absolute = 0.0;     // (1/m) Σ |y|
     double value_square = 0.0; // Σ (y/m)²
@@ -77,6 +78,7 @@ struct PilotSums {
         integral.add(other.integral);
         midpoints.add(other.midpoints);
         square += other.square;
+        expected += other.expected;
         size += other.size;
         absolute += other.absolute;
         value_square += other.value_square;
@@ -90,7 +92,8 @@ struct PilotSums {
         for (ExactSum *sum : {&integral, &midpoints}) sum->rescale(power);
         for (double *x : {&size, &absolute, &largest, &worst.residual, &worst.value})
             *x = std::ldexp(*x, power);
-        for (double *x : {&square, &value_square, &worst.square}) *x = std::ldexp(*x, 2 * power);
+        for (double *x : {&square, &expected, &value_square, &worst.square})
+            *x = std::ldexp(*x, 2 * power);
         differences.rescale(power);
         signed_means.rescale(power);
     }
