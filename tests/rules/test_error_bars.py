@@ -10,7 +10,8 @@ import voroquad as vq
 from voroquad.rules import error_bars
 from voroquad.rules.cusps import of_cusps
 from voroquad.rules.ends import at_faces, deviations
-from voroquad.rules.error_bars import LEAST_SPREAD, LEVEL, NORMAL, ErrorBar, in_box, of_corrections, on_line
+from voroquad.rules.error_bars import LEAST_SPREAD, LEVEL, NORMAL, OF_ALL, ErrorBar, in_box, of_corrections, on_line
+from voroquad.rules.faces import of_faces
 from voroquad.rules.kriging_rules import strata_in_colours
 from voroquad.rules.line_fits import choose_on_line
 
@@ -163,6 +164,20 @@ def test_corrections_that_follow_one_coordinate_make_little_of_the_variance():
     assert left.max() <= 1
 
 
+def by_definition(x, colours, index, r, k):
+    """Squared second differences of the colours in a row, what is expected of them, and their number."""
+    seconds, expected, count = np.zeros(2), np.zeros(2), 0
+    for c in np.unique(colours):
+        slab = np.flatnonzero((colours == c) & (index == k))
+        slab = slab[np.argsort(x[slab])]
+        for j in range(len(slab) - 2):
+            three = r[:, slab[j : j + 3]]
+            seconds = seconds + np.square(three @ [1, -2, 1])
+            expected = expected + np.square(three) @ [1, 4, 1]
+            count += 1
+    return seconds, expected, count
+
+
 @pytest.mark.parametrize(("strata", "period"), [((8, 9), 3), ((5, 6, 4), 2)])
 def test_the_spread_is_that_of_its_definition(strata, period):
     d = len(strata)
@@ -171,18 +186,14 @@ def test_the_spread_is_that_of_its_definition(strata, period):
     r = np.random.default_rng(2).standard_normal((2, len(x))) * (1 + np.arange(len(x)))
     found = error_bars._spread(x, strata, colours, r)
     index = np.indices(strata).reshape(d, -1)
+    of_rows = [[by_definition(x[:, a], colours, index[a], r, k) for k in range(n)] for a, n in enumerate(strata)]
     for i in range(len(x)):
         parts = []
-        for a in range(d):
-            seconds, expected = np.zeros(2), np.zeros(2)
-            for c in np.unique(colours):
-                slab = np.flatnonzero((colours == c) & (index[a] == index[a, i]))
-                slab = slab[np.argsort(x[slab, a])]
-                for j in range(len(slab) - 2):
-                    three = r[:, slab[j : j + 3]]
-                    seconds += np.square(three @ [1, -2, 1])
-                    expected += np.square(three) @ [1, 4, 1]
-            parts.append(seconds / expected if expected.all() else np.ones(2))
+        for a, rows in enumerate(of_rows):
+            of_axis = sum(row[0] for row in rows) / sum(row[1] for row in rows)
+            seconds, expected, count = rows[index[a, i]]
+            more = OF_ALL / max(count, 1)
+            parts.append((seconds + more * of_axis * expected) / ((1 + more) * expected) if count else np.ones(2))
         np.testing.assert_allclose(found[:, i], np.clip(np.min(parts, axis=0), LEAST_SPREAD, 1))
 
 
@@ -211,6 +222,25 @@ def test_curves_at_the_faces_widen_the_interval(monkeypatch):
     bar = in_box(x, strata, colours, f, f)
     assert bar.degrees_of_freedom == np.inf
     np.testing.assert_allclose(half_width(bar), 150 * left / 144)
+
+
+def test_powers_at_faces_widen_the_interval():
+    x, strata, colours = plane()
+    f = (x[:, 1] ** -0.2)[None]
+    r = np.where(x[:, 1] < 1 / 12, 0.3 * f, 0)
+    bar = in_box(x, strata, colours, f, r)
+    assert bar.degrees_of_freedom == np.inf
+    np.testing.assert_allclose(bar.error, np.sqrt(of_faces(x, strata, colours, f, r)) / 144)
+
+
+def test_where_models_resolve_the_integrand_degrees_of_freedom_count_twice():
+    x, strata, colours = plane()
+    r = np.where(np.arange(144) == 40, 1.0, 0.0)[None]
+    f = np.repeat(np.arange(12.0), 12)[None]  # steps of 1 between 132 neighbours along one axis
+    left = error_bars._spread(x, strata, colours, r)[0, 40]
+    for size, freedom in ((1e9, 2), (math.sqrt(1000 / 132 / 0.75), 1.25), (1, 1)):
+        bar = in_box(x, strata, colours, size * f, r)
+        np.testing.assert_allclose(half_width(bar), stats.t.ppf(LEVEL, freedom) * math.sqrt(left) / 144)
 
 
 @pytest.mark.statistical

@@ -58,3 +58,15 @@ def test_cross_fit_sums_over_all_replicates():
     np.testing.assert_allclose(means, np.einsum("rsn,sfn->rf", shares, VALUES))
     np.testing.assert_allclose(means.sum(axis=0), Fit(fit.weights).estimates(VALUES)[0].sum(axis=0))
     assert fit.standard_error(means)[0] == pytest.approx(1.3 * means.std(axis=0, ddof=1) / math.sqrt(3))
+
+
+def test_powers_widen_the_interval_of_replicates_unless_their_spread_is_far_smaller():
+    shares = RNG.standard_normal((3, 3, 5))
+    means = CrossFit(shares.sum(axis=0), shares, 1.3).estimates(VALUES)[0]
+    error = 1.3 * means.std(axis=0, ddof=1) / math.sqrt(3)
+    fit = CrossFit(shares.sum(axis=0), shares, 1.3, np.array([9.0, 11.0]) * error)
+    found, freedom = fit.standard_error(means)
+    assert freedom == 2
+    np.testing.assert_allclose(found, [9 * error[0] * 1.959964 / 4.302653, error[1]], rtol=1e-6)
+    less = CrossFit(shares.sum(axis=0), shares, 1.3, error)
+    np.testing.assert_array_equal(less.standard_error(means)[0], error)

@@ -10,6 +10,7 @@ from .._support.arrays import Array
 from ..designs.sampling import SampleSet
 from . import kriging_rules
 from .boxes import Boxes, BoxFits, samples_of_a_fit
+from .faces import of_replicates
 from .fit import CrossFit
 from .method import Method
 
@@ -68,4 +69,5 @@ def replicate_shares(points: Array, method: Method, threads: int) -> Array:
 def fit_replicates(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> CrossFit:
     """Cross-fit of replicates; the mean over the sets of Σ_i w f is the mean of the Î_r."""
     shares = replicate_shares(samples.points, method, threads)
-    return CrossFit(shares.sum(axis=0), shares, ERROR_SCALE)
+    least = None if values is None else np.sqrt(of_replicates(samples.points, values))
+    return CrossFit(shares.sum(axis=0), shares, ERROR_SCALE, least)

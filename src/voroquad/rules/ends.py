@@ -115,12 +115,14 @@ def powers_of_slopes(t: Array, values: Array) -> tuple[Array, Array]:
 
     From values (..., m) at t (..., m), ascending: (...), root mean squares. NaN where slopes differ in sign.
     """
-    slopes = np.diff(values) / np.diff(t)
+    return power_of((t[..., 1:] + t[..., :-1]) / 2, np.diff(values) / np.diff(t))
+
+
+def power_of(places: Array, slopes: Array) -> tuple[Array, Array]:
+    """The same from slopes (..., m) at places (..., m)."""
     one_sign = (np.sign(slopes) == np.sign(slopes[..., :1])).all(axis=-1) & (slopes != 0).all(axis=-1)
-    if not one_sign.any():
-        return np.full(one_sign.shape, np.nan), np.full(one_sign.shape, np.nan)
     logs = np.log(np.abs(np.where(one_sign[..., None], slopes, 1)))
-    places = np.log((t[..., 1:] + t[..., :-1]) / 2)
+    places = np.log(places)
     places = places - places.mean(axis=-1, keepdims=True)
     logs = logs - logs.mean(axis=-1, keepdims=True)
     rate = (logs * places).sum(axis=-1) / np.square(places).sum(axis=-1)

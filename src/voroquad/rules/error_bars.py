@@ -18,6 +18,7 @@ from scipy.special import ndtri, stdtrit
 from .._support.arrays import Array, Indices
 from .cusps import of_cusps
 from .ends import at_faces, deviations
+from .faces import of_faces
 
 #: The level at which intervals of several kinds are compared.
 LEVEL = 0.975
@@ -36,8 +37,13 @@ OF_ONE, OF_MANY, MANY = 0.88, 0.95, 20
 #: how many each degree after the first: they are not independent.
 INSIDE, OF_OTHERS = 1.5, 0.45
 
-#: The least part of the variance that is believed to be left where corrections follow a coordinate.
-LEAST_SPREAD = 0.05
+#: The least part of the variance that is believed to be left where corrections follow a coordinate, and as how many
+#: second differences of each index along an axis those of all count.
+LEAST_SPREAD, OF_ALL = 0.05, 2.0
+
+#: Part of the squared differences between neighbours below which squared corrections say that models resolve the
+#: integrand.
+RESOLVED = 0.001
 
 #: Fewest degrees of freedom that are told. With one or two, intervals of other levels would be far too wide or narrow.
 FEWEST_DEGREES = 3.0
@@ -119,12 +125,17 @@ def in_box(points: Array, strata: tuple[int, ...], colours: Indices, values: Arr
     Notes
     -----
     Samples of one colour and slab are evenly spread along the slab's axis. Where corrections follow that coordinate, as
-    beside an edge along the axes, only what they do not follow it in makes error.
+    beside an edge along the axes, only what they do not follow it in makes error. Where models resolve the integrand,
+    corrections depend on where in its stratum a sample lies more than on luck, and count for twice as many degrees of
+    freedom.
     """
     n = len(points)
-    variances = _spread(points, strata, colours, residuals) * np.square(residuals)
-    faces = OF_CURVES / NORMAL * at_faces(points, strata, colours, values, residuals) / n
-    return _widest([faces], np.sqrt(variances.sum(axis=-1)) / n, np.maximum(_effective(variances), 1.0))
+    squares = np.square(residuals)
+    variances = _spread(points, strata, colours, residuals) * squares
+    freedom = np.maximum(_effective(variances), 1.0) * (1 + _resolved(strata, values, squares))
+    faces = OF_CURVES / NORMAL * at_faces(points, strata, colours, values, residuals)
+    powers = np.sqrt(of_faces(points, strata, colours, values, residuals))
+    return _widest([faces / n, powers / n], np.sqrt(variances.sum(axis=-1)) / n, freedom)
 
 
 def _widest(plain: list[Array], error: Array, freedom: Array) -> ErrorBar:
@@ -174,13 +185,24 @@ def _neighbours_on_line(squares: Array) -> Array:
     return padded[:, :-2] + padded[:, 1:-1] + padded[:, 2:]
 
 
+def _resolved(strata: tuple[int, ...], values: Array, squares: Array) -> Array:
+    """How far squared corrections (fields, n) have come below squared differences of neighbours: (fields,), 0 to 1."""
+    grid = values.reshape(-1, *strata)
+    axes = tuple(range(1, grid.ndim))
+    steps = np.sum([np.square(np.diff(grid, axis=a)).sum(axis=axes) for a in axes], axis=0)
+    total = squares.sum(axis=-1)
+    part = np.divide(total, RESOLVED * steps, out=np.ones_like(total), where=steps > 0)
+    return np.maximum(1 - part, 0)
+
+
 def _spread(points: Array, strata: tuple[int, ...], colours: Indices, residuals: Array) -> Array:
     """What the even spread of a colour's samples leaves of the variance of independent ones: (fields, n).
 
     From :data:`LEAST_SPREAD` to 1. In the order of their coordinate along an axis, three successive corrections of a
     colour in a slab have the second difference r_1 − 2 r_2 + r_3, whose mean square is six times the variance that a
     linear trend leaves, and that of independent corrections. Over all strata with the same index along the axis it is
-    compared with what the squares of the corrections make of it. Of the axes that which leaves least counts.
+    compared with what the squares of the corrections make of it. Few second differences say little, so that part is
+    drawn towards that of the whole axis. Of the axes that which leaves least counts.
     """
     left = np.ones_like(residuals)
     slabs = _Slabs.along_axes(strata, colours.tobytes())
@@ -188,9 +210,17 @@ def _spread(points: Array, strata: tuple[int, ...], colours: Indices, residuals:
         r = residuals[:, np.lexsort((x * k, of.slab))]
         seconds = np.square(r[:, :-2] - 2 * r[:, 1:-1] + r[:, 2:]) * of.within
         found, expected = seconds @ of.by_row[:, 1:-1].T, (np.square(r) * of.of_each) @ of.by_row.T
-        part = np.divide(found, expected, out=np.ones_like(found), where=expected > 0)
+        of_axis = _part(found.sum(axis=-1, keepdims=True), expected.sum(axis=-1, keepdims=True))
+        more = OF_ALL / np.maximum(of.within @ of.by_row[:, 1:-1].T, 1)
+        part = _part(found + more * of_axis * expected, (1 + more) * expected)
         left = np.minimum(left, np.clip(part, LEAST_SPREAD, 1)[:, of.row])
     return left
+
+
+def _part(found: Array, expected: Array) -> Array:
+    """Of what is expected, 1 of nothing."""
+    part: Array = np.divide(found, expected, out=np.ones_like(found), where=expected > 0)
+    return part
 
 
 @dataclass(frozen=True)

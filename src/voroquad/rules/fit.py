@@ -7,13 +7,17 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import stdtrit
 
 from .._support.arrays import Array
-from .error_bars import ErrorBar
+from .error_bars import LEVEL, NORMAL, ErrorBar
 
 #: Standard error of a sum Σ_i w_i f_i by rounding, in units of ε Σ_i |w_i f_i|.
 ROUNDING = 2.0
 EPSILON = float(np.finfo(np.float64).eps)
+
+#: Part of the standard error by powers at the faces that the spread of replicates shows, if they are powers.
+SEEN = 0.1
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,10 +109,13 @@ class CrossFit(Fit):
         shares[r, s, j] is the weight of f(x_sj) in the estimate of replicate r. Their sums over r are the weights.
     error_scale : float
         Ratio of the standard error of the mean of the estimates to that of independent estimates.
+    powers : ndarray, (fields,), or None
+        Standard errors that powers at the faces make, as :func:`voroquad.rules.faces.of_replicates` finds them.
     """
 
     shares: Array
     error_scale: float
+    powers: Array | None = None
 
     def estimates(self, values: Array, epsilon: float = EPSILON) -> tuple[Array, Array]:
         """As for any fit, where each estimate is a sum over the samples of all replicates."""
@@ -117,8 +124,16 @@ class CrossFit(Fit):
         return means, rounding
 
     def standard_error(self, estimates: Array) -> tuple[Array, float]:
-        """From the spread of the estimates, times a factor, because they share samples."""
-        return spread(estimates, self.error_scale)
+        """From the spread of the estimates, times a factor, because they share samples.
+
+        A normal 95 % interval of powers at the faces is not narrower, since few estimates may miss large values alike,
+        unless the spread is so small that they cannot be what it seems.
+        """
+        error, freedom = spread(estimates, self.error_scale)
+        if self.powers is None:
+            return error, freedom
+        least = np.where(SEEN * self.powers <= error, self.powers, 0) * (NORMAL / stdtrit(freedom, LEVEL))
+        return np.maximum(error, least), freedom
 
 
 def spread(estimates: Array, scale: float = 1.0) -> tuple[Array, float]:

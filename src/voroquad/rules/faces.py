@@ -1,0 +1,161 @@
+"""What a power or a logarithm at the faces of a box adds to the error of a single set.
+
+Along an axis, from stratum to stratum, the slopes of a power of the distance from a face fall off as those at an end of
+the line do (:mod:`voroquad.rules.ends`), whatever the integrand does along the face. The median over the face of each
+slope is little disturbed by that. So the exponent is known, and with it the variance in the strata at the face, even
+if no sample lies close to it: docs/theory.md, (35).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from .._support.arrays import Array, Indices
+from .cusps import EVENLY, NODES, OF_VARIANCE, WEIGHTS
+from .ends import power, power_of
+
+#: Slabs from a face on that tell its exponent, and the fewest: the first of them tells nothing.
+SLABS, FEWEST_SLABS = 8, 6
+
+#: Largest root mean square deviation of the logarithms of the median slopes from a line. It is larger than at an end,
+#: since functions that vary along the face disturb them.
+STRAIGHT = 0.21
+
+#: The exponents of faces. Above, Student's t makes up for the few corrections that are large.
+LEAST, MOST = -1.2, 0.25
+
+#: Part of the squared differences to the strata next to a face above which squared corrections there say that the
+#: models do not resolve it.
+UNRESOLVED = 0.01
+
+#: Fewest points of a replicate: of fewer, the nearest to a face are far from each other.
+FEWEST_OF_REPLICATE = 64
+
+#: How many times the squared corrections at a face its variance is at most.
+MOST_TIMES = 12.0
+
+
+def of_faces(points: Array, strata: tuple[int, ...], colours: Indices, values: Array, residuals: Array) -> Array:
+    """The variance of the sum of one value in each stratum that powers at the faces make: (fields,).
+
+    Parameters
+    ----------
+    points : ndarray, (n, d)
+        Of multi-jittered strata, in their C order.
+    strata : tuple of int
+        Numbers of strata along each axis.
+    colours : ndarray, (n,)
+        Of the strata.
+    values, residuals : ndarray, (fields, n)
+        Of the integrands, and what predictions miss of them.
+    """
+    numbers = np.arange(len(points)).reshape(strata)
+    total = np.zeros(len(values))
+    for a, k in enumerate(strata):
+        if k < FEWEST_SLABS:
+            continue
+        slabs = np.moveaxis(numbers, a, 0).reshape(k, -1)
+        for order, along in ((slabs[:SLABS], points[:, a]), (slabs[::-1][:SLABS], 1 - points[:, a])):
+            t, f = k * along[order], values[:, order]
+            places, slopes = _median_slopes(t, f)
+            places, slopes, first, f = places[1:], slopes[:, 1:], slopes[:, 0], f[:, 1:]
+            beta, off = power_of(places, slopes)
+            squares = np.square(residuals[:, order[0]]).sum(axis=1)
+            steps = np.square(values[:, order[1]] - values[:, order[0]]).sum(axis=1)
+            known = (
+                (off <= STRAIGHT)
+                & (beta >= LEAST)
+                & (beta <= MOST)
+                & (squares > UNRESOLVED * steps)
+                & (first * slopes[:, 0] > 0)
+            )
+            if known.any():
+                beta = np.maximum(beta[known], OF_VARIANCE)
+                amount = _amount(slopes[known, 0], places[0], beta)
+                found = _variance(beta, amount[:, None] * _along_face(f[known]), colours[order[0]])
+                total[known] += np.minimum(found, MOST_TIMES * squares[known])
+    return total
+
+
+def of_replicates(points: Array, values: Array) -> Array:
+    """The variance of the mean over replicates that powers at the faces make: (fields,).
+
+    Predictions from other replicates do not see them. 0 where points are not evenly spread, or fewer than
+    :data:`FEWEST_OF_REPLICATE`.
+
+    Parameters
+    ----------
+    points : ndarray, (sets, n, d)
+        Independent replicates. Of evenly spread points each n-th part of each axis holds one of each replicate, as of
+        Sobol' points if n is a power of two.
+    values : ndarray, (sets, fields, n)
+        Of integrands, at the points.
+    """
+    sets, n, d = points.shape
+    total = np.zeros(values.shape[1])
+    if n < FEWEST_OF_REPLICATE:
+        return total
+    for along in (x for a in range(d) for x in (points[..., a], 1 - points[..., a])):
+        nearest = np.argpartition(along, SLABS, axis=1)[:, :SLABS]
+        order = np.take_along_axis(nearest, np.take_along_axis(along, nearest, 1).argsort(axis=1), 1)
+        t = n * np.take_along_axis(along, order, 1)
+        if (np.floor(t) != np.arange(SLABS)).any():
+            continue
+        f = np.take_along_axis(values, order[:, None], 2)[..., 1:]
+        places, slopes = _median_slopes(t[:, 1:].T, f.transpose(1, 2, 0))
+        beta, off = power_of(places, slopes)
+        known = (off <= STRAIGHT) & (beta >= LEAST) & (beta <= MOST)
+        beta = np.maximum(beta[known], OF_VARIANCE)
+        amount = _amount(slopes[known, 0], places[0], beta)
+        total[known] += np.square(amount) * np.sum([_of_power(beta, j, 1) for j in range(SLABS)], axis=0)
+    return total / (sets * n**2)
+
+
+def _median_slopes(t: Array, f: Array) -> tuple[Array, Array]:
+    """Places (k − 1,) and medians over the rows of slopes (fields, k − 1), of values (fields, k, m) at t (k, m)."""
+    places = np.exp(np.log((t[1:] + t[:-1]) / 2).mean(axis=1))
+    return places, np.median(np.diff(f, axis=1) / np.diff(t, axis=0), axis=2)
+
+
+def _amount(slopes: Array, place: float, beta: Array) -> Array:
+    """A of powers A t^β / β with slopes (fields,) at a place."""
+    found: Array = np.abs(slopes) * place ** (1 - beta)
+    return found
+
+
+def _along_face(f: Array) -> Array:
+    """How much larger than in their median the values (fields, slabs, m) are in each row of strata: (fields, m).
+
+    1 where they have no common sign.
+    """
+    rows = f.mean(axis=1)
+    one_sign = (np.sign(rows) == np.sign(rows[:, :1])).all(axis=1, keepdims=True) & (rows != 0).all(
+        axis=1, keepdims=True
+    )
+    relative: Array = np.where(one_sign, rows / np.median(np.where(one_sign, rows, 1), axis=1, keepdims=True), 1)
+    return relative
+
+
+def _variance(beta: Array, amounts: Array, colours: Indices) -> Array:
+    """Of the sum over the strata at a face of amounts (fields, m) times the powers β (fields,): (fields,).
+
+    The m_c samples of a colour are evenly spread: one in each of m_c parts of the strata. Equal amounts have the
+    variance within the parts, and the differences of amounts that over the whole.
+    """
+    total = np.zeros(len(beta))
+    whole = _of_power(beta, 0, 1)
+    for c in np.unique(colours):
+        own = amounts[:, colours == c]
+        m = own.shape[1]
+        mean = own.mean(axis=1)
+        within = np.sum([_of_power(beta, j / m, 1 / m) for j in range(m)], axis=0)
+        total += np.square(own - mean[:, None]).sum(axis=1) * whole + np.square(mean) * within
+    return total
+
+
+def _of_power(beta: Array, first: float, width: float) -> Array:
+    """The variance of (t^β − 1)/β over an interval: (fields,)."""
+    nodes, weights = (NODES, WEIGHTS) if first == 0 else (EVENLY, np.full(len(EVENLY), 1 / len(EVENLY)))
+    curve = power(first + width * nodes, beta)
+    variance: Array = np.square(curve) @ weights - np.square(curve @ weights)
+    return variance
