@@ -2,7 +2,8 @@
 
 Squared errors on one member of each of Genz's eight families, the mean over repetitions, then the geometric mean over
 the families. The methods but "pilot" and "polynomials" take all families in one call: their weights are the same.
-Writes benchmarks/results/methods.csv.
+Writes benchmarks/results/methods.csv, where lines that
+are not measured stay.
 
     VOROQUAD_NUM_THREADS=1 nice -n 19 python benchmarks/methods.py --repetitions 4
 """
@@ -10,10 +11,10 @@ Writes benchmarks/results/methods.csv.
 from __future__ import annotations
 
 import argparse
-import csv
 import warnings
 from pathlib import Path
 
+import csv_rows
 import numpy as np
 
 import voroquad as vq
@@ -62,10 +63,8 @@ def main() -> None:
                 mean = float(np.exp(np.log(errors).mean()))
                 rows.append([d, n, method, options.repetitions, f"{mean:.2e}", *(f"{e:.2e}" for e in errors)])
                 print(*rows[-1], flush=True)
-    with RESULTS.open("w", newline="", encoding="utf-8") as file:
-        writer = csv.writer(file, lineterminator="\n")
-        writer.writerow(["d", "n", "method", "repetitions", "geometric_mean", *names])
-        writer.writerows(rows)
+    columns = ["d", "n", "method", "repetitions", "geometric_mean", *names]
+    csv_rows.put(RESULTS, columns, rows, key=lambda row: (int(row[0]), int(row[1]), row[2]))
 
 
 if __name__ == "__main__":

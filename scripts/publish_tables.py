@@ -26,6 +26,8 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
     "peers.md": {"quad": integrals.quad_table, "cubic": integrals.cubic_table},
     "measured/integrals.md": {
         "families": integrals.families_table,
+        "replicate-gains": integrals.replicate_gains_table,
+        "replicate-cost": integrals.replicate_cost_table,
         "peers": integrals.peers_table,
         "peer-times": integrals.peer_times_table,
         "equal-time": integrals.equal_time_table,

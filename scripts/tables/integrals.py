@@ -48,6 +48,24 @@ def families_table() -> str:
     return markdown(rows, "ll")
 
 
+def replicate_gains_table() -> str:
+    """MSE of eight sets of Sobol' points over that of method="polynomials", by family."""
+    measured = read(RESULTS / "replicate_gains.csv")
+    rows = [["d", "evaluations", *FAMILIES, "all"]]
+    for r in measured:
+        rows.append([r["d"], r["n"], *(short(float(r[name])) for name in (*FAMILIES, "geometric mean"))])
+    return markdown(rows, "ll")
+
+
+def replicate_cost_table() -> str:
+    """What method="polynomials" costs by itself: the least, the median and the most over the families."""
+    measured = read(RESULTS / "replicate_cost.csv")
+    rows = [["d", "evaluations", "least", "median", "most"]]
+    for r in measured:
+        rows.append([r["d"], f"{int(r['n_points']):,}", r["least"], r["median"], r["most"]])
+    return markdown(rows, "ll")
+
+
 def coverage_table() -> str:
     """How often the interval from one set holds the integral: on average over the families, and in the least."""
     measured = read(RESULTS / "coverage.csv")

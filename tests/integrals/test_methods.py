@@ -64,22 +64,27 @@ def test_a_batch_limits_every_call_and_changes_no_bit(method):
 
 
 def test_the_documented_numbers_of_many_points():
-    assert MANY_POINTS == {1: 8192, 2: 8192, 3: 16_384}
-    assert "from 8192 points on in d ≤ 2 and from 16384 in d = 3" in " ".join((vq.quad.__doc__ or "").split())
+    assert {1: 8192, 2: 8192, 4: 8192} | dict.fromkeys((3, *range(5, 21)), 16_384) == MANY_POINTS
+    told = " ".join((vq.quad.__doc__ or "").split())
+    assert 'the method for many points is "pilot", from 8192 on in d ≤ 2 and from 16384 in d = 3' in told
+    assert 'and "polynomials", from 8192 on in d = 4 and from 16384 in 5 ≤ d ≤ 20' in told
 
 
-@pytest.mark.parametrize("d", MANY_POINTS)
-def test_the_default_for_many_points_is_the_pilot_rule(d, monkeypatch):
+@pytest.mark.parametrize(
+    ("d", "rule"), [(1, "pilot"), (2, "pilot"), (3, "pilot"), (4, "polynomials"), (7, "polynomials")]
+)
+def test_the_default_for_many_points(d, rule, monkeypatch):
     many = 600
     monkeypatch.setitem(MANY_POINTS, d, many)
 
     def same(n: int, other: dict[str, object], **how: object) -> bool:
-        edge = lambda x: (x.sum(axis=0) < 0.7) * 1.0  # noqa: E731
+        edge = lambda x: (x.mean(axis=0) < 0.4) * 1.0  # noqa: E731
         one, two = (vq.quad(edge, [0] * d, [1] * d, n_points=n, rng=1, **h) for h in (how, other))
         return one.integral == two.integral
 
-    assert same(many, {"method": "pilot"})
-    assert not same(many - 1, {"method": "pilot"})
-    assert same(many - 1, {"sampler": "multi-jittered"})
-    assert not same(many, {"method": "pilot"}, sampler="multi-jittered")
-    assert not same(many, {"method": "pilot"}, debias="leave-one-out")
+    other = "multi-jittered" if d <= 4 else "sobol"
+    assert same(many, {"method": rule})
+    assert not same(many - 1, {"method": rule})
+    assert same(many - 1, {"sampler": other})
+    assert not same(many, {"method": rule}, sampler=other)
+    assert not same(many, {"method": rule}, debias="leave-one-out" if d <= 4 else "cross-fit")

@@ -30,9 +30,10 @@ OWN_POINTS = {
     "polynomials": (replicates.HIGHEST_DIMENSION, replicates.FEWEST),
 }
 
-#: Points of an estimate from which the default is the pilot rule, by dimension: benchmarks/results/methods.csv. In
-#: three dimensions kriging is ahead on one of the eight families until there.
-MANY_POINTS = {1: 8192, 2: 8192, 3: 16_384}
+#: Points of an estimate from which the default is the pilot rule, in up to three dimensions, or polynomials fitted to
+#: replicates, above, by dimension: benchmarks/results/methods.csv. In three dimensions kriging is ahead on one of the
+#: eight families until there. From five on the two hardly differ there, but in their cost.
+MANY_POINTS = {1: 8192, 2: 8192, 3: 16_384, 4: 8192} | dict.fromkeys(range(5, replicates.HIGHEST_DIMENSION + 1), 16_384)
 
 #: Points of an estimate from which ``adapt="auto"`` takes a first look at the integrand, by dimension: of fewer a look
 #: costs smooth functions too much, or a pilot sees too little (benchmarks/smooth_cost.py).
@@ -71,7 +72,8 @@ def estimator(
     few = Estimator(integrand, sampler, _methods(method, order, integrand.d), debias, sets, rng, threads)
     if not nothing_asked or integrand.d not in MANY_POINTS:
         return few
-    many = pilot.PilotEstimator(integrand, sets, rng, threads)
+    of_many = pilot.PilotEstimator if integrand.d <= pilot.HIGHEST_DIMENSION else replicates.ReplicateEstimator
+    many = of_many(integrand, sets, rng, threads)
     return lambda n: many(n) if n >= MANY_POINTS[integrand.d] else few(n)
 
 
@@ -122,7 +124,7 @@ def at_need(
     adapted = adaptive(learner, plain, True, sets, threads, report)
 
     def estimate(n: int) -> Estimate:
-        if n >= MANY_POINTS.get(d, math.inf):
+        if isinstance(adapted, AdaptiveGrid) and n >= MANY_POINTS[d]:
             return adapted(n)
         if sets > 1 or n < LOOKS_FROM.get(d, math.inf):
             return default(n)

@@ -148,8 +148,9 @@ def quad(
         5 and 6, 4000 in d = 7 and 8, 6000 in d = 2 and 5000 in d = 3. From 8192 points on in d ≤ 2, and 16384 in d = 3,
         the look is the grid of the method "pilot" and costs nothing; n_estimates > 1 has no other. False never looks.
     method : str
-        "auto": the rule that `order`, `sampler` and `debias` name. If they name none, the method is "pilot" from 8192
-        points on in d ≤ 2 and from 16384 in d = 3, and with fewer points a model that the values of func choose.
+        "auto": the rule that `order`, `sampler` and `debias` name. If they name none, the method for many points is
+        "pilot", from 8192 on in d ≤ 2 and from 16384 in d = 3, and "polynomials", from 8192 on in d = 4 and from
+        16384 in 5 ≤ d ≤ 20. With fewer points a model that the values of func choose, or kriging.
         "kriging" and "local": each sample is predicted from those around it, by kriging or by polynomials. The order of
         the polynomials is 8 in the plane and 3 above; on a line it is the highest for which there are enough points.
         `order` may name another.

@@ -35,7 +35,7 @@ TERMS, MOST_TERMS = 4.0, 2000
 
 #: Factor of the standard error of the mean of replicates, since they are not independent: each is corrected by
 #: polynomials that are fitted to the others. benchmarks/calibrate_replicates.py measures the least that suffices.
-ERROR_SCALE = 1.1
+ERROR_SCALE = 1.3
 
 #: Number of parts of a net by which a candidate is judged, of a smaller net its blocks; and the part of the plain
 #: mean's squared error that it may leave to be chosen.
@@ -81,15 +81,13 @@ class _Replicates:
         self.groups = (range(half), range(half, self.count))
         self.highest = highest_degree(d, min(TERMS * math.sqrt(n), MOST_TERMS, half * self.m / SAMPLES_PER_TERM))
         #: Points of a replicate that take part in fits, a power of two
-        self.fitted = self._of_each(SAMPLES_PER_TERM * math.comb(self.highest + d, d), half)
+        wanted = SAMPLES_PER_TERM * math.comb(self.highest + d, d) / half
+        self.fitted = min(self.m, 1 << max(4, math.ceil(math.log2(wanted))))
         self.parts = min(PARTS, self.m // BLOCK)
         keys = rng.integers(0, 2**64, size=(self.count, d, 65), dtype=np.uint64)
         self.nets = [_core.SobolNet(key, int(math.log2(self.m))) for key in keys]
         self._begun: list[Array] = []  # means (fields,) of the points of a replicate that take part in fits
         self._done: list[Array] = []  # plain means (fields,) of the replicates that are evaluated
-
-    def _of_each(self, samples: int, nets: int) -> int:
-        return min(self.m, 1 << max(4, math.ceil(math.log2(max(samples / nets, 1)))))
 
     def estimate(self) -> Estimate:
         """Draws, fits, and corrects."""
@@ -130,10 +128,13 @@ class _Replicates:
     def _fits(self, group: range, kept: list[Array], sums: list[_PartSums]) -> NestedFits:
         """Polynomials fitted to a group."""
 
+        points = [self.nets[r].points(0, self.fitted) for r in group]
+
         def samples(n: int) -> tuple[Array, Array]:
-            of_each = self._of_each(n, len(group))
-            points = np.concatenate([self.nets[r].points(0, of_each) for r in group], axis=1)
-            return points, np.concatenate([kept[r][:, :of_each] for r in group], axis=1)
+            of_each = min(self.fitted, -(-n // (len(group) * BLOCK)) * BLOCK)
+            both = zip(points, (kept[r] for r in group), strict=True)
+            x, y = zip(*((x[:, :of_each], y[:, :of_each]) for x, y in both), strict=True)
+            return np.concatenate(x, axis=1), np.concatenate(y, axis=1)
 
         plain = np.mean([sums[r].means.var(axis=1) for r in group], axis=0)
         worth = WORTH * plain * (self.m // self.parts)

@@ -18,10 +18,10 @@ from .. import _core
 from .._support.arrays import Array, Indices
 
 #: Samples per term of a fit.
-SAMPLES_PER_TERM = 10
+SAMPLES_PER_TERM = 8
 
 #: The gradient at which conjugate gradients end, in the mean square, over that of noise; and the most steps.
-TOLERANCE, MOST_STEPS = 0.01, 30
+TOLERANCE, MOST_STEPS = 0.3, 30
 
 #: Mean squared residuals over those of 0 that are no more than rounding.
 ROUNDING_SQUARE = 1e-26
@@ -35,7 +35,7 @@ DEGREES_BELOW = 2
 #: Components that are fitted in one pass over the points.
 FIELDS_AT_ONCE = 8
 
-#: So many samples, a power of two for each net: their points (d, n) and values (fields, n).
+#: So many samples or a few more: their points (d, n) and values (fields, n).
 Samples = Callable[[int], tuple[Array, Array]]
 
 
