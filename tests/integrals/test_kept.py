@@ -135,6 +135,43 @@ def test_another_call_is_refused_in_one_line(tmp_path, changed, message):
 
 
 @pytest.mark.parametrize(
+    "how", [{"n_points": 64}, {"method": "pilot", "n_points": 200}, {"n_points": 64, "n_estimates": 2}]
+)
+def test_a_tighter_tolerance_reuses_what_was_evaluated(tmp_path, how):
+    """All of it are trials; the result is that of one set more. Each call still has its own bits."""
+    how = {"a": [0, 0], "b": [1, 2], "rng": 5, "batch": 50, "store": tmp_path / "store"} | how
+    func = Counting(wave)
+    loose = vq.quad(func, rtol=3e-2, atol=1e-2, **how)
+    assert func.points == loose.n_evaluations
+    tight = vq.quad(func, rtol=1e-3, atol=1e-3, **how)
+    assert func.points == tight.n_evaluations > loose.n_evaluations
+    assert bits(tight) != bits(vq.quad(Counting(wave), rtol=1e-3, atol=1e-3, **how | {"store": tmp_path / "other"}))
+    for tolerances, r in (((3e-2, 1e-2), loose), ((1e-3, 1e-3), tight)):
+        assert bits(vq.quad(Counting(wave, 1), rtol=tolerances[0], atol=tolerances[1], **how)) == bits(r)
+    between = vq.quad(func, rtol=1e-2, atol=1e-2, **how)
+    assert func.points == between.n_evaluations > tight.n_evaluations
+    with pytest.raises(
+        ValueError, match=r"max_evaluations must be at least \d+ with the \d+ evaluations that the store"
+    ):
+        vq.quad(Counting(wave, 1), rtol=1e-3, max_evaluations=func.points, **how)
+
+
+@pytest.mark.parametrize("fails_at", [2, 4])
+def test_a_refining_call_that_failed_goes_on(tmp_path, fails_at):
+    how = {"a": [0, 0], "b": [1, 2], "n_points": 64, "rng": 5, "batch": 50}
+
+    def refined(store: str, fails: int) -> vq.QuadResult:
+        path = tmp_path / store
+        vq.quad(Counting(wave), rtol=3e-2, atol=1e-2, **how, store=path)
+        if fails:
+            with pytest.raises(Killed):
+                vq.quad(Counting(wave, fails), rtol=1e-9, atol=1e-9, max_evaluations=5000, **how, store=path)
+        return vq.quad(Counting(wave), rtol=1e-9, atol=1e-9, max_evaluations=5000, **how, store=path)
+
+    assert bits(refined("one", 0)) == bits(refined("two", fails_at))
+
+
+@pytest.mark.parametrize(
     ("refused", "error"),
     [
         ({"method": "pilot", "n_points": 3}, ValueError),

@@ -2,6 +2,7 @@
 
 import math
 import warnings
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -9,6 +10,7 @@ import pytest
 import voroquad as vq
 from voroquad.integrals.diagnostics import Diagnoses
 from voroquad.integrals.estimates import Estimate
+from voroquad.integrals.kept import Trials
 from voroquad.integrals.refinement import Tolerance, refine
 from voroquad.integrals.watch import Watch
 
@@ -113,3 +115,43 @@ def test_a_tolerance_below_rounding_is_told_apart():
         r = vq.quad(lambda x: np.exp(x[0]), 0, 1, rtol=1e-17, rng=1)
     assert r.n_evaluations == 2048
     assert [w.message.kind for w in caught] == ["rounding"]
+
+
+class Made(Trials):
+    """Trials of another call, and then own ones."""
+
+    def __init__(self, sizes: list[int]):
+        self.sizes, self.own = list(sizes), []
+
+    def of_others(self) -> int | None:
+        return self.sizes.pop(0) if self.sizes else None
+
+    def begin(self, n: int) -> None:
+        self.own.append(n)
+
+
+@pytest.mark.statistical
+@pytest.mark.filterwarnings("ignore::voroquad.IntegrationWarning")
+@pytest.mark.parametrize("fresh", [True, False])
+def test_a_refined_estimate_does_not_depend_on_that_of_the_call_before(fresh, z_score):
+    """The caller refines where the first result is large; the last set of that call is a trial, and no estimate."""
+    found = []
+    for seed in range(4000):
+
+        def estimator(seed: int = seed) -> Callable[[int], Estimate]:
+            rng = np.random.default_rng(seed)
+
+            def estimate(n: int) -> Estimate:
+                mean = rng.standard_normal(1) / math.sqrt(n)
+                return Estimate(mean, np.exp(-mean) / math.sqrt(n), np.zeros(1), n, math.inf)
+
+            return estimate
+
+        first = Made([])
+        before = refine(estimator(), Tolerance(0, 0.5), 8, 10_000, 1, Diagnoses(), Watch(), first)
+        if before.mean[0] < 0:
+            continue
+        after = refine(estimator(), Tolerance(0, 0.2), 8, 10_000, 1, Diagnoses(), Watch(), Made(first.own))
+        assert after.trials[len(first.own) - 1].mean == before.mean
+        found.append((after if fresh else before).mean[0] * math.sqrt((after if fresh else before).trials[-1].n))
+    assert (abs(z_score(np.array(found), 0.0)) < 4.5) == fresh

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from ..cluster.store import Store
 
 #: To be increased when the same call has other points or batches.
-FORMAT = 1
+FORMAT = 2
 
 #: Settings whose numbers count by their values: whole numbers and an array are as good.
 NUMBERS = ("a", "b", "loc", "scale")
@@ -43,7 +43,7 @@ class KeptEvaluations:
     """
 
     def __init__(self, store: Store, key: dict[str, Any]):
-        self.store, self._key, self._next = store, key, 0
+        self.store, self._key, self._next, self._begun = store, key, 0, False
 
     @classmethod
     def of(cls, url: str | os.PathLike[str], settings: Mapping[str, Any]) -> KeptEvaluations:
@@ -56,12 +56,17 @@ class KeptEvaluations:
         store.check(whole)
         return cls(store, whole)
 
+    def begin(self) -> None:
+        """Claim the store, unless that has been done."""
+        if not self._begun:
+            self.store.begin(self._key)
+            self._begun = True
+
     def completed(
         self, pieces: list[NDArray[Any]], evaluate: Callable[[list[NDArray[Any]]], Iterator[Answer]]
     ) -> Iterator[Answer]:
         """The answers for pieces (d, m): those that are kept, and the others as they are evaluated, then kept."""
-        if self._next == 0:
-            self.store.begin(self._key)
+        self.begin()
         numbers = range(self._next, self._next + len(pieces))
         self._next = numbers.stop
         known = [self._read(k, x) for k, x in zip(numbers, pieces, strict=True)]
@@ -92,6 +97,52 @@ class KeptEvaluations:
         form = Form.of(branch, leaves)
         about = {"branch": _written(branch), "shapes": form.shapes, "is_complex": form.is_complex, "epsilon": epsilon}
         self.store.put(_name(k), np.concatenate([x, form.rows(leaves)], dtype=np.float64), about)
+
+
+class Trials:
+    """The rounds of the tolerance mode, where no other call made any."""
+
+    def of_others(self) -> int | None:
+        """The largest number of evaluations of the next round, if a call with another tolerance began it."""
+        return None
+
+    def begin(self, n: int) -> None:
+        """Begin a round of at most n evaluations."""
+
+
+class KeptTrials(Trials):
+    """The rounds of all calls with a store that differ in their tolerance only, in their order.
+
+    Parameters
+    ----------
+    kept : KeptEvaluations
+        Of the call.
+    call : dict
+        What tells the call from others.
+    """
+
+    def __init__(self, kept: KeptEvaluations, call: Mapping[str, Any]):
+        self._kept, self._next = kept, 0
+        self._call = {name: _told(_as_float(value)) for name, value in call.items()}
+
+    def of_others(self) -> int | None:
+        """As rounds have it."""
+        found = self._kept.store.get(self._name)
+        if found is None or found[1] == self._call:
+            return None
+        self._next += 1
+        return int(found[0][0])
+
+    def begin(self, n: int) -> None:
+        """As rounds have it."""
+        self._kept.begin()
+        if self._kept.store.get(self._name) is None:
+            self._kept.store.put(self._name, np.array([float(n)]), self._call)
+        self._next += 1
+
+    @property
+    def _name(self) -> str:
+        return f"round-{self._next:06d}"
 
 
 def _name_of(func: Any) -> str:

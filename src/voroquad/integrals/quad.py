@@ -18,7 +18,7 @@ from .adaptation import Adaptation, Learner, single
 from .estimates import Estimate, Estimator
 from .evaluation import Function
 from .integrand import Integrand
-from .kept import KeptEvaluations
+from .kept import KeptEvaluations, KeptTrials
 from .measures import PiecewiseUniform, ProductMeasure
 from .methods import adaptive, at_need, estimator
 from .pieces import Part, Sum
@@ -54,6 +54,9 @@ SETTINGS = (
     "func", "args", "kwargs", "a", "b", "measure", "loc", "scale", "n_points", "n_estimates", "adapt", "method",
     "sampler", "order", "debias", "rng", "rtol", "atol", "max_evaluations", "batch",
 )  # fmt: skip
+
+#: Those that may differ between calls that share a store, in tolerance mode.
+OF_TOLERANCE = ("rtol", "atol", "max_evaluations")
 
 
 def _answer_others(function: Callable[P, R]) -> Callable[P, R]:
@@ -192,7 +195,8 @@ def quad(
         Show a bar on standard error.
     store : str or path, optional
         Folder, as any path of fsspec, where the evaluations of an expensive func are kept batch by batch. The same call
-        after a kill finds them there and computes the rest. It needs a seed (`rng`) and the extra ``cluster``. A store
+        after a kill finds them there and computes the rest. Calls that differ only in their tolerance share the store:
+        the sets of those before are trials. It needs a seed (`rng`) and the extra ``cluster``. A store
         that belongs to another call is refused. A function is identified only by its name, a `functools.partial` also
         by what it binds, and an object only by its class; pass its parameters as `args`.
     workers : int or callable
@@ -273,7 +277,8 @@ def quad(
     watch: Watch[Estimate] = Watch()
     watch_here = watch if len(places) == 1 else WatchOfParts(watch)
     followed = progress or not vectorized or any(x is not None for x in (callback, store, client))
-    kept = None if store is None else _kept_in(store, rng, given | {"rng": generator, "n_points": n_points})
+    kept = None if store is None else _kept_in(store, rng, given | {"rng": generator, "n_points": n_points}, wanted)
+    rounds = None if kept is None else KeptTrials(kept, {name: given[name] for name in OF_TOLERANCE})
     with mapping(workers, (func, args, kwargs), client, kept) as (spread, parts):
         most_at_once = batches(batch, n_points, followed)
         function = Function(func, library, args, kwargs, vectorized, spread, parts, most_at_once, kept)
@@ -284,7 +289,7 @@ def quad(
         else:
             estimate = rule.adapted(places, region, n_estimates, adapt is True, adaptations.append)
         d = places[0].region.d
-        compute = _computing(estimate, wanted, n_points, n_estimates, most, d, function, watch)
+        compute = _computing(estimate, wanted, n_points, n_estimates, most, d, function, watch, rounds)
         with following(watch, function, callback, progress, most):
             result = ended(lambda: _with_gradients(compute(), function), watch, function)
     return replace(result, adaptation=adaptations[0] if adaptations else None)
@@ -299,12 +304,14 @@ def _computing(
     d: int,
     function: Function,
     watch: Watch[Estimate],
+    rounds: KeptTrials | None,
 ) -> Callable[[], Estimate]:
     """What computes the estimate, refined until it meets a tolerance if there is one."""
     if wanted is None:
         return lambda: estimate(n_points)
     first = n_points * n_estimates
-    return lambda: refine(lambda n: estimate(n // n_estimates), wanted, first, most, d, function.diagnoses, watch)
+    estimated = lambda n: estimate(n // n_estimates)  # noqa: E731
+    return lambda: refine(estimated, wanted, first, most, d, function.diagnoses, watch, rounds)
 
 
 def _check_callback(callback: Any) -> None:
@@ -312,11 +319,14 @@ def _check_callback(callback: Any) -> None:
         raise TypeError(f"callback must be callable, as lambda p: p.n_evaluations > 10**6 is, got {callback!r}")
 
 
-def _kept_in(store: str | os.PathLike[str], rng: Rng, settings: dict[str, Any]) -> KeptEvaluations:
-    """The evaluations that a store has of a call with these settings."""
+def _kept_in(
+    store: str | os.PathLike[str], rng: Rng, settings: dict[str, Any], wanted: Tolerance | None
+) -> KeptEvaluations:
+    """The evaluations that a store has of a call with these settings, whatever the tolerance if there is one."""
     if rng is None:
         raise ValueError("store needs a seed, or the same call has other points; give rng (--seed), such as 1")
-    return KeptEvaluations.of(store, {name: settings[name] for name in SETTINGS})
+    names = SETTINGS if wanted is None else [name for name in SETTINGS if name not in OF_TOLERANCE]
+    return KeptEvaluations.of(store, {name: settings[name] for name in names} | {"refined": wanted is not None})
 
 
 def _with_gradients(found: Estimate, function: Function) -> Estimate:

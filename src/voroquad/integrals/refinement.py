@@ -14,6 +14,7 @@ from scipy.special import stdtrit
 from .._support.arrays import Array
 from .diagnostics import Diagnoses, diagnosis
 from .estimates import Estimate
+from .kept import Trials
 from .watch import Watch
 
 #: Part of the tolerance that a set must meet to end the refinement, since the error of the next set may be larger.
@@ -56,6 +57,7 @@ def refine(
     dimension: int,
     diagnoses: Diagnoses,
     watch: Watch[Estimate],
+    rounds: Trials | None = None,
 ) -> Estimate:
     """Estimates from independent sets, larger and larger, until one meets the tolerance; then a last one.
 
@@ -82,10 +84,21 @@ def refine(
         Where to add warnings. The warning that an integral of 0 meets no rtol is added after two such sets.
     watch : Watch
         Gets the estimate of each round.
+    rounds : Trials, optional
+        Those that calls with other tolerances have made. Each is a trial here, the last of such a call too: it selects
+        the size, and the estimate is that of a set which no call has seen.
     """
-    spent, zeros = 0, 0
+    rounds = rounds or Trials()
+    spent, zeros, first, done = 0, 0, n, False
     trials: list[Estimate] = []
-    while 2 * n <= most - spent:
+    while True:
+        size = rounds.of_others()
+        if size is None:
+            if done or 2 * n > most - spent:
+                break
+            rounds.begin(n)
+        else:
+            n = size
         trial = estimate(n)
         trials.append(trial)
         watch.finish(trial)
@@ -93,16 +106,24 @@ def refine(
         excess = wanted.excess(trial)
         room = (most - spent) // 2
         open_ = excess > SAFETY
-        done = trial.resolved and not open_.any()
-        if done or room <= n or not np.isfinite(trial.mean).all() or _only_rounding(trial, open_):
-            break
+        met = trial.resolved and not open_.any()
+        done = met or room <= n or not np.isfinite(trial.mean).all() or _only_rounding(trial, open_)
+        if done:
+            continue
         zeros = zeros + 1 if trial.resolved and _is_zero(wanted, trial) else 0
         if zeros == 2:
             diagnoses.add(diagnosis("give-atol"))
         worst = float(excess.max()) if trial.resolved else math.inf
         growth = float(np.clip((worst / 0.5) ** (1 / (0.5 + 1 / dimension)), 2, 16))
         n = min(math.ceil(n * growth), room)
-    last = estimate(min(n, most - spent))
+    if spent and most - spent < first:
+        raise ValueError(
+            f"max_evaluations must be at least {spent + first} with the {spent} evaluations that the store keeps of "
+            f"calls with other tolerances, got {most}"
+        )
+    n = min(n, most - spent)
+    rounds.begin(n)
+    last = estimate(n)
     last = replace(last, n=spent + last.n, trials=(*trials, last))
     _judge(wanted, last, most, diagnoses)
     return last
