@@ -13,6 +13,10 @@ BIN := $(VENV)/bin
 BUILD := 'scikit-build-core>=0.11' 'nanobind>=2.4' 'cmake>=3.18,<4.2' 'ninja>=1.5'
 export PIP_DISABLE_PIP_VERSION_CHECK := 1
 
+# Of x86-64, that the core is compiled for: for developers all, for the demo what this machine needs
+LEVELS ?= all
+demo: export LEVELS := this-machine
+
 CORE := $(shell find include src/bindings -name '*.[ch]pp') CMakeLists.txt
 CPP := $(shell find include src/bindings src/live tests/cpp examples/cpp -name '*.[ch]pp')
 
@@ -32,7 +36,7 @@ $(BIN)/python:
 $(VENV)/.ready: $(BIN)/python pyproject.toml $(CORE)
 	@command -v $${CXX:-c++} >/dev/null || { echo "voroquad needs a C++20 compiler: apt-get install g++"; exit 1; }
 	$(BIN)/pip install -q $(BUILD)
-	$(BIN)/pip install -q --no-build-isolation --no-deps -e .
+	$(BIN)/pip install -q --no-build-isolation --no-deps -C cmake.define.VOROQUAD_LEVELS=$(LEVELS) -e .
 	$(BIN)/pip install -q voroquad # of the one just installed; sdists among these bring their own build tools
 	@touch $@
 

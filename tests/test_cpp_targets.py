@@ -33,6 +33,9 @@ int main() { return std::abs(plain() - 1) > 1e-12 || std::abs(wide() - 1) > 1e-1
 """
 
 
+BITS = Path(__file__).parent / "cpp" / "bits.cpp"
+
+
 def run(*command: object) -> str:
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
@@ -73,3 +76,25 @@ def test_files_for_different_processors_share_no_function(compiler: str, tmp_pat
 def test_files_with_and_without_checks_share_no_function(compiler: str, tmp_path: Path) -> None:
     require(compiler)
     link_together(compiler, "-UNDEBUG", "-DNDEBUG", tmp_path)
+
+
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+def test_files_with_and_without_vector_extensions_share_no_function(compiler: str, tmp_path: Path) -> None:
+    require(compiler)
+    link_together(compiler, "-DVOROQUAD_PORTABLE", "-UVOROQUAD_PORTABLE", tmp_path)
+
+
+def test_without_vector_extensions_all_bits_are_the_same(tmp_path: Path) -> None:
+    outputs = []
+    for compiler, flag in (
+        ("g++", "-UVOROQUAD_PORTABLE"),
+        ("g++", "-DVOROQUAD_PORTABLE"),
+        ("clang++", "-DVOROQUAD_PORTABLE"),
+    ):
+        require(compiler)
+        common = ["-std=c++20", "-O1", "-ffp-contract=off", f"-I{INCLUDE}", "-pthread", BITS]
+        run(compiler, *common, flag, "-o", tmp_path / "bits")
+        outputs.append(run(tmp_path / "bits"))
+    assert len(outputs[0].splitlines()) > 2000
+    assert outputs[1] == outputs[0]
+    assert outputs[2] == outputs[0]

@@ -18,6 +18,7 @@
 #include <span>
 #include <vector>
 
+#include <voroquad/detail/cells/any_visit.hpp>
 #include <voroquad/detail/cells/ball.hpp>
 #include <voroquad/detail/cells/centroid.hpp>
 #include <voroquad/detail/cells/cutter.hpp>
@@ -26,6 +27,7 @@
 #include <voroquad/detail/cells/wall_cutter.hpp>
 #include <voroquad/detail/check.hpp>
 #include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/memory.hpp>
 #include <voroquad/domain.hpp>
 #include <voroquad/parallel.hpp>
 #include <voroquad/points.hpp>
@@ -50,15 +52,22 @@ struct CellWorkspace<1> {
 
 namespace detail {
 
+// Calls visit(site, cell, worker) for the sites of a chunk of families.
+template <std::size_t D, class Visit>
+void visit_families(CellWorkspace<D> &work, const Bounds<D> &domain, std::size_t begin,
+                    std::size_t end, unsigned worker, Visit &&visit) {
+    work.cutters[worker].cut_families(
+        work.tree, domain, begin, end,
+        [&](std::size_t site, const auto &cell) { visit(site, cell, worker); });
+}
+
 // Calls visit(site, cell, worker) for all sites of the tree.
 template <std::size_t D, class Visit, class Pause>
 void visit_cells(CellWorkspace<D> &work, const Bounds<D> &domain, unsigned threads, Visit &&visit,
                  Pause &&pause) {
     if (work.cutters.size() < threads) work.cutters.resize(threads);
     const auto cut_families = [&](std::size_t begin, std::size_t end, unsigned worker) {
-        work.cutters[worker].cut_families(
-            work.tree, domain, begin, end,
-            [&](std::size_t site, const auto &cell) { visit(site, cell, worker); });
+        visit_families(work, domain, begin, end, worker, visit);
     };
     // The cells of a chunk know what bounded the ones before: chunks are the same for any threads.
     constexpr std::size_t grain = 128 / PointTree<D>::family_size;
@@ -66,9 +75,9 @@ void visit_cells(CellWorkspace<D> &work, const Bounds<D> &domain, unsigned threa
 }
 
 // The same with what the walls of a convex domain leave of each cell
-template <std::size_t D, class Visit, class Pause>
+template <std::size_t D, class Pause>
 void visit_cells(CellWorkspace<D> &work, const ConvexDomain<D> &domain, unsigned threads,
-                 Visit &&visit, Pause &&pause) {
+                 const AnyVisit<D> &visit, Pause &&pause) {
     std::vector<WallCutter<D>> cutters(std::max(1u, threads));
     const auto cut = [&](std::size_t site, const auto &cell, unsigned worker) {
         cutters[worker].cut(domain, work.site(site), cell,
@@ -83,6 +92,22 @@ void share(const PointTree<D> &tree, std::size_t site, double measure, double *m
     const auto here = tree.points_at(site);
     for (const std::size_t i : here) measures[i] = measure / static_cast<double>(here.size());
 }
+
+// A visit that keeps the measures of cells.
+template <std::size_t D>
+struct KeepMeasures {
+    const PointTree<D> &tree;
+    double *measures;
+
+    template <class Cell>
+    void operator()(std::size_t site, const Cell &cell, unsigned) const {
+        // Measures of points in no order are far apart: their places are fetched ahead, or later
+        // stores would wait behind them.
+        const std::size_t soon = std::min(site + 64, tree.sites() - 1);
+        prefetch_to_write(&measures[tree.points_at(soon).front()]);
+        share(tree, site, cell.measure(), measures);
+    }
+};
 
 } // namespace detail
 
@@ -117,7 +142,7 @@ void for_each_cell_in(const PointView<D> &points, const ConvexDomainOf<D> &domai
     VOROQUAD_CHECK(threads >= 1, "for_each_cell_in: threads must be at least 1");
     if (points.size() == 0) return;
     work.tree.build(points);
-    detail::visit_cells(work, domain, threads, visit, pause);
+    detail::visit_cells(work, domain, threads, detail::AnyVisit<D>(visit), pause);
 }
 
 // Lengths, areas or volumes of the cells. Points that coincide share their cell equally.
@@ -132,14 +157,8 @@ void cell_measures(const PointView<D> &points, const BoundsOf<D> &domain, double
         detail::check_points(points, domain);
         detail::cell_lengths(points, domain, measures, work.ranked);
     } else {
-        const auto put = [&](std::size_t site, const auto &cell, unsigned) {
-            // Measures of points in no order are far apart: their places are fetched ahead, or
-            // later stores would wait behind them.
-            const std::size_t soon = std::min(site + 64, work.tree.sites() - 1);
-            __builtin_prefetch(&measures[work.tree.points_at(soon).front()], 1);
-            detail::share(work.tree, site, cell.measure(), measures);
-        };
-        for_each_cell(points, domain, work, threads, put, pause);
+        for_each_cell(points, domain, work, threads, detail::KeepMeasures<D>{work.tree, measures},
+                      pause);
     }
 }
 
@@ -346,7 +365,7 @@ void cell_measures_in_ball(const PointView<D> &points, const Bounds<D> &domain,
         const Point<D> there = detail::difference<D>(centre, work.site(site));
         detail::share(work.tree, site, detail::part_in_ball<D>(cell, there, radius), measures);
     };
-    for_each_cell(points, domain, work, threads, put, pause);
+    for_each_cell_in(points, domain, work, threads, put, pause);
 }
 
 // The same of the disc or ball that touches the sides of the unit box.
@@ -379,7 +398,7 @@ void cell_measures_in_cylinder(const PointView<3> &points, const Bounds<3> &doma
         const Point<3> there{centre[0] - at[0], centre[1] - at[1], 0.0};
         detail::share(work.tree, site, detail::measure_in_cylinder(cell, there, radius), measures);
     };
-    for_each_cell(points, domain, work, threads, put, pause);
+    for_each_cell_in(points, domain, work, threads, put, pause);
 }
 
 // The same of the cylinder about the third axis.

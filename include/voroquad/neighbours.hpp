@@ -87,7 +87,7 @@ Neighbours<D> cell_neighbours(const PointView<D> &points, const ConvexDomainOf<D
         const auto add = [&](std::size_t site, const auto &cell, unsigned worker) {
             collector.add(site, cell, worker);
         };
-        detail::visit_cells(work, domain, threads, add, pause);
+        detail::visit_cells(work, domain, threads, detail::AnyVisit<D>(add), pause);
         return detail::rows_of(collector.faces(points.size()));
     }
 }

@@ -9,7 +9,15 @@ from statistics import median
 from .text import DESIGNS, FIGURES, PLUS_MINUS, RESULTS, Row, markdown, read, scientific
 
 #: Of independent and of good samples, each with and without weights; and the best of Mitsuba's samplers
-SHOWN_METHODS = ("uniform", "uniform + w", "Sobol'", "Sobol' + w", "Mitsuba multijitter")
+SHOWN_METHODS = (
+    "uniform",
+    "uniform + w",
+    "stratified",
+    "stratified + w",
+    "Sobol'",
+    "Sobol' + w",
+    "Mitsuba multijitter",
+)
 
 
 def depth_of_field_table() -> str:

@@ -6,6 +6,7 @@ import numpy
 from numpy.typing import NDArray
 
 def processor_levels() -> list[str]: ...
+def installed_levels() -> list[str]: ...
 def measures(
     points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
     sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],

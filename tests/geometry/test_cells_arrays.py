@@ -38,7 +38,7 @@ for seed in range(200):  # many sites that are equally near to a corner: octaves
     for periodic in (False, True):
         print(vq.cells(rays, periodic=periodic).measures.tobytes().hex())
 """
-    levels = _core.processor_levels()
+    levels = _core.installed_levels()
     outputs = [
         subprocess.run(
             [sys.executable, "-c", program, str(d)],
@@ -57,7 +57,7 @@ def test_an_unknown_version_of_the_core_is_refused():
     program = "import voroquad; voroquad.cells([[0.5]])"
     failed = subprocess.run([sys.executable, "-c", program], env=asked, capture_output=True, text=True)
     assert failed.returncode != 0
-    assert "VOROQUAD_PROCESSOR is 'v9'; this processor has " in failed.stderr
+    assert "VOROQUAD_PROCESSOR is 'v9'; here are " in failed.stderr
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])

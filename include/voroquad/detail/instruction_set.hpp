@@ -158,10 +158,20 @@
 #define VOROQUAD_THREADS 0
 #endif
 
+// Whether vectors of doubles are those of GCC and Clang, or classes (portable_vector.hpp):
+// in other compilers, and where VOROQUAD_PORTABLE is defined.
+#if (defined(__GNUC__) || defined(__clang__)) && !defined(VOROQUAD_PORTABLE)
+#define VOROQUAD_VECTORS 1
+#else
+#define VOROQUAD_VECTORS 0
+#endif
+
 #define VOROQUAD_JOIN3(a, b, c) a##b##c
+#define VOROQUAD_JOIN4(a, b, c, d) a##b##c##d
 #define VOROQUAD_JOIN5(a, b, c, d, e) a##b##c##d##e
 #define VOROQUAD_JOIN8(a, b, c, d, e, f, g, h) a##b##c##d##e##f##g##h
 #define VOROQUAD_EXPAND3(a, b, c) VOROQUAD_JOIN3(a, b, c)
+#define VOROQUAD_EXPAND4(a, b, c, d) VOROQUAD_JOIN4(a, b, c, d)
 #define VOROQUAD_EXPAND5(a, b, c, d, e) VOROQUAD_JOIN5(a, b, c, d, e)
 #define VOROQUAD_EXPAND8(a, b, c, d, e, f, g, h) VOROQUAD_JOIN8(a, b, c, d, e, f, g, h)
 #define VOROQUAD_SSE_FEATURES                                                                      \
@@ -179,8 +189,9 @@
 #define VOROQUAD_ARM_FEATURES                                                                      \
     VOROQUAD_EXPAND3(VOROQUAD_ARM_FEATURE_SVE, VOROQUAD_ARM_FEATURE_SVE2,                          \
                      VOROQUAD_ARM_FEATURE_DOTPROD)
-#define VOROQUAD_MODES VOROQUAD_EXPAND3(VOROQUAD_CHECKED, VOROQUAD_THREADS, VOROQUAD_EXCEPTIONS)
-// Such as target_11111_11111111_00000_..._011: a digit for each feature above, in that order
+#define VOROQUAD_MODES                                                                             \
+    VOROQUAD_EXPAND4(VOROQUAD_CHECKED, VOROQUAD_THREADS, VOROQUAD_EXCEPTIONS, VOROQUAD_VECTORS)
+// Such as target_11111_11111111_00000_..._0111: a digit for each feature above, in that order
 #define VOROQUAD_NAME(sse, avx, avx512, newer, arm, modes)                                         \
     target_##sse##_##avx##_##avx512##_##newer##_##arm##_##modes
 #define VOROQUAD_EXPAND_NAME(sse, avx, avx512, newer, arm, modes)                                  \

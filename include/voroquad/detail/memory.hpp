@@ -16,6 +16,20 @@
 
 namespace VOROQUAD::detail {
 
+// Fetches ahead what will be read or written; a hint, without effect where a compiler has none.
+template <class T>
+void prefetch_to_read([[maybe_unused]] const T *address) {
+#if defined(__GNUC__) || defined(__clang__)
+    __builtin_prefetch(address);
+#endif
+}
+template <class T>
+void prefetch_to_write([[maybe_unused]] T *address) {
+#if defined(__GNUC__) || defined(__clang__)
+    __builtin_prefetch(address, 1);
+#endif
+}
+
 // Asks for large pages where the system has them: the first access to each small page would cost a
 // tenth of the time that a cell takes. For the same reason elements are left uninitialised.
 template <class T>

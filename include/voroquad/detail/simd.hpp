@@ -8,16 +8,19 @@
 #include <new>
 #include <vector>
 
-#if defined(__AVX__)
+#include <voroquad/detail/instruction_set.hpp>
+
+#if !VOROQUAD_VECTORS
+#include <voroquad/detail/portable_vector.hpp>
+#elif defined(__AVX__)
 #include <immintrin.h>
 #elif defined(__SSE2__)
 #include <emmintrin.h>
 #endif
 
-#include <voroquad/detail/instruction_set.hpp>
-
 namespace VOROQUAD::detail {
 
+#if VOROQUAD_VECTORS
 // As many numbers as the processor multiplies at once. Sums keep the order in which they are
 // written, so results do not depend on the width.
 #if defined(__AVX512DQ__)
@@ -28,6 +31,10 @@ using Vector = double __attribute__((vector_size(32)));
 using Vector = double __attribute__((vector_size(16)));
 #endif
 using Mask = decltype(Vector{} < Vector{});
+
+// Of each lane the first where the mask is true, else the second
+inline Vector chosen(Mask mask, Vector a, Vector b) { return mask ? a : b; }
+#endif
 inline constexpr std::size_t width = sizeof(Vector) / sizeof(double);
 
 // Bits of the first n lanes
@@ -58,16 +65,18 @@ constexpr std::size_t padded(std::size_t n) {
     return (n + largest_width - 1) / largest_width * largest_width;
 }
 
+#if VOROQUAD_VECTORS
 // Vectors at any address of a double. The type tells the compiler that only doubles are written, so
 // that it keeps pointers and counters in registers; after a memcpy it would read them again.
 using Unaligned [[gnu::aligned(alignof(double))]] = Vector;
 static_assert(alignof(Unaligned) == alignof(double));
 inline Vector load(const double *from) { return *reinterpret_cast<const Unaligned *>(from); }
 inline void store(double *to, Vector v) { *reinterpret_cast<Unaligned *>(to) = v; }
+#endif
 
 // Maximum as the hardware does it: one instruction, no branch.
 inline double larger(double a, double b) { return a > b ? a : b; }
-inline Vector larger(Vector a, Vector b) { return a > b ? a : b; }
+inline Vector larger(Vector a, Vector b) { return chosen(a > b, a, b); }
 
 // Sums of squares
 template <std::size_t D>
@@ -79,11 +88,11 @@ Vector squared(const std::array<Vector, D> &q) {
 
 // Bit i is set where a < b in lane i.
 inline std::uint64_t bits_less(Vector a, Vector b) {
-#if defined(__AVX512DQ__)
+#if VOROQUAD_VECTORS && defined(__AVX512DQ__)
     return _mm512_cmp_pd_mask(a, b, _CMP_LT_OQ);
-#elif defined(__AVX__)
+#elif VOROQUAD_VECTORS && defined(__AVX__)
     return static_cast<std::uint64_t>(_mm256_movemask_pd(_mm256_cmp_pd(a, b, _CMP_LT_OQ)));
-#elif defined(__SSE2__)
+#elif VOROQUAD_VECTORS && defined(__SSE2__)
     return static_cast<std::uint64_t>(_mm_movemask_pd(_mm_cmplt_pd(a, b)));
 #else
     std::uint64_t bits = 0;
@@ -93,7 +102,7 @@ inline std::uint64_t bits_less(Vector a, Vector b) {
 }
 // Bit i is set where the mask is true in lane i.
 inline std::uint64_t bits_of(Mask mask) {
-    return bits_less(mask ? Vector{} - 1.0 : Vector{}, Vector{});
+    return bits_less(chosen(mask, Vector{} - 1.0, Vector{}), Vector{});
 }
 inline bool any(Mask mask) { return bits_of(mask) != 0; }
 
@@ -107,7 +116,7 @@ inline std::uint64_t bits_below(const double *values, std::size_t n, double thre
 
 // Stores the lanes whose bit is set, one after the other; there is room for all.
 inline void store_chosen(double *to, Vector v, std::uint64_t bits) {
-#if defined(__AVX512DQ__)
+#if VOROQUAD_VECTORS && defined(__AVX512DQ__)
     store(to, _mm512_maskz_compress_pd(static_cast<__mmask8>(bits), v));
 #else
     for (std::size_t i = 0; i < width; ++i) {
@@ -119,13 +128,15 @@ inline void store_chosen(double *to, Vector v, std::uint64_t bits) {
 
 // Alternate lanes of a and b: of their first halves, and of their second halves.
 inline std::array<Vector, 2> zip(Vector a, Vector b) {
-#if defined(__AVX512DQ__)
+#if VOROQUAD_VECTORS && defined(__AVX512DQ__)
     return {__builtin_shufflevector(a, b, 0, 8, 1, 9, 2, 10, 3, 11),
             __builtin_shufflevector(a, b, 4, 12, 5, 13, 6, 14, 7, 15)};
-#elif defined(__AVX__)
+#elif VOROQUAD_VECTORS && defined(__AVX__)
     return {__builtin_shufflevector(a, b, 0, 4, 1, 5), __builtin_shufflevector(a, b, 2, 6, 3, 7)};
-#else
+#elif VOROQUAD_VECTORS
     return {__builtin_shufflevector(a, b, 0, 2), __builtin_shufflevector(a, b, 1, 3)};
+#else
+    return {Vector(a[0], b[0]), Vector(a[1], b[1])};
 #endif
 }
 
@@ -148,15 +159,17 @@ inline double largest(const double *values, std::size_t n) {
     Vector most{};
     for (std::size_t i = 0; i < n; i += width) most = larger(most, load(values + i));
     // Halves against each other
-#if defined(__AVX512DQ__)
+#if VOROQUAD_VECTORS && defined(__AVX512DQ__)
     most = larger(most, __builtin_shufflevector(most, most, 4, 5, 6, 7, 0, 1, 2, 3));
     most = larger(most, __builtin_shufflevector(most, most, 2, 3, 0, 1, 6, 7, 4, 5));
     most = larger(most, __builtin_shufflevector(most, most, 1, 0, 3, 2, 5, 4, 7, 6));
-#elif defined(__AVX__)
+#elif VOROQUAD_VECTORS && defined(__AVX__)
     most = larger(most, __builtin_shufflevector(most, most, 2, 3, 0, 1));
     most = larger(most, __builtin_shufflevector(most, most, 1, 0, 3, 2));
-#else
+#elif VOROQUAD_VECTORS
     most = larger(most, __builtin_shufflevector(most, most, 1, 0));
+#else
+    most[0] = larger(most[0], most[1]);
 #endif
     return most[0];
 }

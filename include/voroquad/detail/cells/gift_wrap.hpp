@@ -17,6 +17,7 @@
 #include <limits>
 
 #include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/points/algebra.hpp>
 #include <voroquad/detail/simd.hpp>
 #include <voroquad/points.hpp>
 
@@ -110,21 +111,22 @@ public:
             store(&corner_[0][k * width], to_x);
             store(&corner_[1][k * width], to_y);
             const Vector r2 = vx * vx + vy * vy;
-            radius2_ = (walking & (r2 > radius2_)) ? r2 : radius2_;
-            size_ = walking ? size_ + 1.0 : size_;
+            radius2_ = chosen(walking & (r2 > radius2_), r2, radius2_);
+            size_ = chosen(walking, size_ + 1.0, size_);
             if (k == 0) {
                 first_x = vx, first_y = vy;
             } else {
-                twice_area_ = walking ? twice_area_ + (last_x * vy - last_y * vx) : twice_area_;
+                twice_area_ =
+                    chosen(walking, twice_area_ + (last_x * vy - last_y * vx), twice_area_);
             }
-            last_x = walking ? vx : last_x;
-            last_y = walking ? vy : last_y;
+            last_x = chosen(walking, vx, last_x);
+            last_y = chosen(walking, vy, last_y);
             walking = walking & sound & ~closed;
             x = to_x, y = to_y;
         }
         twice_area_ = twice_area_ + (last_x * first_y - last_y * first_x);
         sound = sound & ~walking & (radius2_ * longest2_ < largest_extent2);
-        is_sound_ = sound ? Vector{} + 1.0 : Vector{};
+        is_sound_ = chosen(sound, Vector{} + 1.0, Vector{});
     }
 
     // Whether the walk around the cell of lane i closed, without loss of digits: only then is
@@ -168,8 +170,8 @@ private:
                 const Vector x = load(px + j), y = load(py + j), r2 = x * x + y * y;
                 const Vector inverse = 1.0 / r2;
                 const Mask finite = r2 < infinity;
-                store(px + j, finite ? x * inverse : Vector{});
-                store(py + j, finite ? y * inverse : Vector{});
+                store(px + j, chosen(finite, x * inverse, Vector{}));
+                store(py + j, chosen(finite, y * inverse, Vector{}));
                 coincide |= bits_less(r2, Vector{} + least_square);
             }
             for (std::size_t j = (count_[lane] + width - 1) / width * width; j < size_of_hull_;
@@ -188,9 +190,9 @@ private:
                 store(&inverse_[1][(j + k) * width], y[k]);
                 const Vector p2 = x[k] * x[k] + y[k] * y[k];
                 const Mask longer = p2 > longest2_;
-                longest2_ = longer ? p2 : longest2_;
-                start_[0] = longer ? x[k] : start_[0];
-                start_[1] = longer ? y[k] : start_[1];
+                longest2_ = chosen(longer, p2, longest2_);
+                start_[0] = chosen(longer, x[k], start_[0]);
+                start_[1] = chosen(longer, y[k], start_[1]);
             }
         }
     }
@@ -211,8 +213,8 @@ private:
     // The one of two that is seen farther to the right: b where a × b < 0
     static Sight right_of(const Sight &a, const Sight &b) {
         const Mask right = a.way_x * b.way_y < a.way_y * b.way_x;
-        return {right ? b.x : a.x, right ? b.y : a.y, right ? b.way_x : a.way_x,
-                right ? b.way_y : a.way_y};
+        return {chosen(right, b.x, a.x), chosen(right, b.y, a.y), chosen(right, b.way_x, a.way_x),
+                chosen(right, b.way_y, a.way_y)};
     }
     // The corner after (x, y): the point that leaves all others to the left as seen from just
     // outside of the hull; the origin where there is none. (From the corner itself, others behind

@@ -171,7 +171,7 @@ private:
     struct Given {
         const PointView<D> &points;
         Entry operator[](std::size_t i) const { return {points[i], static_cast<std::uint32_t>(i)}; }
-        void prefetch(std::size_t i) const { __builtin_prefetch(points.at(i)); }
+        void prefetch(std::size_t i) const { prefetch_to_read(points.at(i)); }
     };
     struct Branch {
         double distance2;

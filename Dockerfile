@@ -1,0 +1,16 @@
+# An environment with voroquad and what renders need:
+#     docker build -t voroquad . && docker run --rm voroquad integrate "exp(x*y)" --bounds 0:1,0:1
+FROM python:3.12-slim-trixie AS build
+RUN apt-get update && apt-get install -y --no-install-recommends g++ && rm -rf /var/lib/apt/lists/*
+COPY . /source
+RUN pip wheel --no-deps -C cmake.define.VOROQUAD_LEVELS=all -w /wheels /source
+
+FROM python:3.12-slim-trixie
+RUN apt-get update && apt-get install -y --no-install-recommends libllvm19 && rm -rf /var/lib/apt/lists/*
+COPY --from=build /wheels /wheels
+RUN pip install --no-cache-dir "$(echo /wheels/*.whl)[render,explore]" && rm -r /wheels
+RUN useradd --create-home voroquad
+USER voroquad
+WORKDIR /home/voroquad
+ENTRYPOINT ["voroquad"]
+CMD ["--help"]

@@ -1,0 +1,92 @@
+// Prints results of all kernels that work on vectors, to the last bit: of cells, of fits in blocks
+// of strata and of the pilot rule. However the core is compiled, they are the same.
+#include <array>
+#include <cmath>
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <vector>
+
+#include <voroquad/cells.hpp>
+#include <voroquad/local_fit.hpp>
+#include <voroquad/neighbours.hpp>
+#include <voroquad/pilot.hpp>
+
+namespace {
+
+std::uint64_t state = 1;
+double random_number() {
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return static_cast<double>(state >> 11) * 0x1p-53;
+}
+
+void print(const char *name, const std::vector<double> &values) {
+    for (std::size_t i = 0; i < values.size(); i += 17) std::printf("%s %a\n", name, values[i]);
+}
+
+// Points of the box, a third of them in a cluster
+template <std::size_t D>
+std::vector<double> points(std::size_t n) {
+    std::vector<double> x(n * D);
+    for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t a = 0; a < D; ++a)
+            x[i * D + a] = random_number() * (i % 3 == 0 ? 1e-3 : 1.0);
+    return x;
+}
+
+template <std::size_t D>
+void print_cells() {
+    const std::size_t n = 1000;
+    const std::vector<double> x = points<D>(n);
+    for (const voroquad::Domain domain : {voroquad::Domain::box, voroquad::Domain::torus}) {
+        std::vector<double> measures(n);
+        voroquad::CellWorkspace<D> work;
+        voroquad::cell_measures<D>({x.data(), n}, domain, measures.data(), work);
+        print("cells", measures);
+        print("faces", voroquad::cell_neighbours<D>({x.data(), n}, domain).measures);
+    }
+}
+
+void print_fits() {
+    const std::vector<std::size_t> strata{16, 16}, width{5, 5};
+    std::vector<double> x(2 * 256), values(256);
+    for (std::size_t i = 0; i < 256; ++i) {
+        x[2 * i] = (random_number() + static_cast<double>(i / 16)) / 16.0;
+        x[2 * i + 1] = (random_number() + static_cast<double>(i % 16)) / 16.0;
+        values[i] = std::sqrt(x[2 * i] + 2.0 * x[2 * i + 1]);
+    }
+    const voroquad::StrataBlocks blocks(strata, width, 0);
+    const auto fitted = voroquad::leave_one_out(x.data(), 1, blocks, 3, values.data(), 1, 1);
+    print("weights", fitted.weights);
+    print("residuals", fitted.residuals);
+}
+
+void print_pilot() {
+    const std::size_t k = 12;
+    const std::vector<voroquad::PilotRule<2>::Key> keys(2 * voroquad::PilotRule<2>::sequences,
+                                                        voroquad::PilotRule<2>::Key{});
+    voroquad::PilotRule<2> rule(k, 1, keys.data());
+    std::vector<double> x(2 * rule.cells());
+    rule.centres(k, 0, rule.cells(), x.data());
+    const auto f = [](double u, double v) { return std::sqrt(u + 2.0 * v); };
+    for (std::size_t i = 0; i < rule.cells(); ++i) rule.grid(0)[i] = f(x[i], x[rule.cells() + i]);
+    const std::size_t parts = rule.plan(1000, 4000, 1, voroquad::NoPause());
+    for (std::size_t part = 0; part < parts; ++part) {
+        const std::size_t n = rule.draw(part, 1, voroquad::NoPause());
+        std::vector<double> samples(2 * n), values(n);
+        rule.samples(samples.data());
+        for (std::size_t i = 0; i < n; ++i) values[i] = f(samples[i], samples[n + i]);
+        rule.add(values.data(), 1, voroquad::NoPause());
+    }
+    print("pilot", {rule.sums(0).integral.value()});
+    print("square", {rule.sums(0).square});
+}
+
+} // namespace
+
+int main() {
+    print_cells<2>();
+    print_cells<3>();
+    print_fits();
+    print_pilot();
+}
