@@ -154,10 +154,8 @@ inline std::array<Vector, width> transposed(std::array<Vector, width> rows) {
     return rows;
 }
 
-// The largest of n non-negative numbers, a multiple of the largest width.
-inline double largest(const double *values, std::size_t n) {
-    Vector most{};
-    for (std::size_t i = 0; i < n; i += width) most = larger(most, load(values + i));
+// The largest lane
+inline double largest(Vector most) {
     // Halves against each other
 #if VOROQUAD_VECTORS && defined(__AVX512DQ__)
     most = larger(most, __builtin_shufflevector(most, most, 4, 5, 6, 7, 0, 1, 2, 3));
@@ -172,6 +170,12 @@ inline double largest(const double *values, std::size_t n) {
     most[0] = larger(most[0], most[1]);
 #endif
     return most[0];
+}
+// The largest of n non-negative numbers, a multiple of the largest width.
+inline double largest(const double *values, std::size_t n) {
+    Vector most{};
+    for (std::size_t i = 0; i < n; i += width) most = larger(most, load(values + i));
+    return largest(most);
 }
 
 // Calls visit(i) for every set bit i.

@@ -73,7 +73,7 @@ private:
     void finish(double from) {
         if constexpr (D == 2) {
             // So few vertices that it pays to ask each point whether it cuts one off
-            candidates_.clear();
+            start_candidates();
             neighbourhood_->cutting(cell_, from, [&](std::size_t i) { add_candidate(i); });
             clip_with_candidates(from, security_radius2(cell_));
         } else {
@@ -86,43 +86,63 @@ private:
 
     // Clips with the points around whose squared distance is at least `from` and below `to`.
     void clip_between(double from, double to) {
-        candidates_.clear();
+        start_candidates();
         neighbourhood_->between(from, to, [&](std::size_t i) { add_candidate(i); });
         clip_with_candidates(from, to);
     }
 
+    void start_candidates() {
+        count_ = 0;
+        const std::size_t room = neighbourhood_->points().size();
+        if (candidates_.size() >= room) return;
+        candidates_.resize(2 * room);
+        sorted_.resize(2 * room);
+    }
     void add_candidate(std::size_t i) {
-        candidates_.push_back({neighbourhood_->squared_distance(i), i});
+        candidates_[count_++] = {neighbourhood_->squared_distance(i),
+                                 static_cast<std::uint32_t>(i), 0};
     }
     // Roughly the nearest come first, since they leave the smallest cell to the others.
     void clip_with_candidates(double from, double to) {
         sort_candidates(from, to);
-        for (const auto &[distance2, i] : candidates_)
-            if (distance2 <= security_radius2(cell_)) cell_.clip(neighbourhood_->point(i));
+        double security2 = to;
+        for (std::size_t k = 0; k < count_; ++k) {
+            // To clip in vain costs less than to find the radius each time
+            if (D == 2 || k % radius_stride == 0) security2 = security_radius2(cell_);
+            const Candidate &c = sorted_[k];
+            if (c.distance2 > security2) continue;
+            if constexpr (D == 2) cell_.clip(neighbourhood_->point(c.i));
+            else cell_.clip(neighbourhood_->point(c.i), c.distance2);
+        }
     }
+    static constexpr std::size_t radius_stride = 8;
 
     // Counting sort into shells of equal width in the squared distance. Unlike a sort by
     // comparisons it has no branches that a processor predicts wrongly.
     void sort_candidates(double from, double to) {
-        if (candidates_.size() < 4) return;
+        if (count_ < 4) {
+            std::copy_n(candidates_.begin(), count_, sorted_.begin());
+            return;
+        }
         std::array<std::uint32_t, shells + 1> start{};
         // No candidate falls on the end of the last shell, whatever rounding does; and where all
         // are in one place, the scale must not overflow
         const double scale = to - from > 1e-290 ? shells * (1.0 - 1e-9) / (to - from) : 0.0;
-        const auto shell_of = [&](const Candidate &c) {
-            return static_cast<std::size_t>((c.distance2 - from) * scale);
-        };
-        for (const Candidate &c : candidates_) ++start[shell_of(c) + 1];
+        for (std::size_t k = 0; k < count_; ++k) {
+            Candidate &c = candidates_[k];
+            c.shell = static_cast<std::uint32_t>((c.distance2 - from) * scale);
+            ++start[c.shell + 1];
+        }
         for (std::size_t k = 0; k < shells; ++k) start[k + 1] += start[k];
-        scratch_.resize(candidates_.size());
-        for (const Candidate &c : candidates_) scratch_[start[shell_of(c)]++] = c;
-        candidates_.swap(scratch_);
+        for (std::size_t k = 0; k < count_; ++k)
+            sorted_[start[candidates_[k].shell]++] = candidates_[k];
     }
     static constexpr std::size_t shells = 16;
 
     struct Candidate {
         double distance2;
-        std::size_t i; // among the points around
+        std::uint32_t i; // among the points around
+        std::uint32_t shell;
     };
 
     Neighbourhood<D> *neighbourhood_ = nullptr;
@@ -130,7 +150,8 @@ private:
     Point<D> site_{};
     Box<D> sides_{};
     ConvexCell<D> cell_;
-    std::vector<Candidate> candidates_, scratch_;
+    std::vector<Candidate> candidates_, sorted_; // with room for all points around
+    std::size_t count_ = 0;
     FarSearch<D> far_search_;
 };
 

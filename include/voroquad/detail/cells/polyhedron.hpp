@@ -26,8 +26,7 @@ class ConvexPolyhedron {
 public:
     void reset(const Box<3> &box) {
         reserve(8);
-        for (auto *numbers : {&xyz_[0], &xyz_[1], &xyz_[2], &distance2_})
-            std::fill_n(numbers->data(), padded(size_), 0.0);
+        for (auto &axis : xyz_) std::fill_n(axis.data(), padded(size_), 0.0);
         for (std::size_t v = 8; v < size_; ++v)
             free_places_[free_places_.size() - 1 - v] = place(v);
         size_ = 8;
@@ -50,13 +49,16 @@ public:
                 const std::uint32_t across = odd ? (a + 2) % 3 : (a + 1) % 3;
                 face_[edge] = 2 * across + (v >> across & 1);
             }
-            put(v, {xyz_[0][v], xyz_[1][v], xyz_[2][v]});
         }
-        squared_radius_ = largest(distance2_.data(), 8);
     }
 
     // Keeps what is nearer to the origin than to `q`.
     void clip(const Point<3> &q) { clip(HalfSpace<3>::nearer_than(q), q); }
+    // The same where the squared length of `q` is known
+    void clip(const Point<3> &q, double squared_length) {
+        if (0.5 * squared_length < least_square) clip(q);
+        else clip(HalfSpace<3>{q, 0.5 * squared_length}, q);
+    }
     // Keeps what is in a wall's half-space, which holds the origin; q is the origin's mirror image.
     void clip_at_wall(const HalfSpace<3> &wall, const Point<3> &q) {
         const std::size_t faces = images_.size();
@@ -89,7 +91,13 @@ public:
     }
 
     // The squared distance from the site to its farthest vertex.
-    double squared_radius() const { return squared_radius_; }
+    double squared_radius() const {
+        const double *x = xyz_[0].data(), *y = xyz_[1].data(), *z = xyz_[2].data();
+        Vector most{};
+        for (std::size_t v = 0; v < size_; v += width)
+            most = larger(most, squared<3>({load(x + v), load(y + v), load(z + v)}));
+        return largest(most);
+    }
 
     // Vertices; some of these are places of former ones, and lie at the site.
     std::size_t size() const { return size_; }
@@ -159,7 +167,6 @@ private:
             walk_around_holes();
             close([](const Crossing &c) { return c.next; });
         }
-        squared_radius_ = largest(distance2_.data(), padded(size_));
     }
 
     // Half-edge 4v + k, k = 0, 1, 2, leaves vertex v; the three of a vertex are numbered
@@ -180,8 +187,10 @@ private:
     // Computes how far inside the plane each vertex lies. Returns whether the plane cuts any off.
     // (Places without a vertex hold the site, which is inside.)
     bool evaluate(const HalfSpace<3> &half_space) {
-        const auto &[normal, offset] = half_space;
+        // Copies, which the stores below cannot change
+        const auto [normal, offset] = half_space;
         const double *x = xyz_[0].data(), *y = xyz_[1].data(), *z = xyz_[2].data();
+        double *depth = depth_.data();
         std::uint64_t any = 0;
         for (std::size_t block = 0; block < size_; block += step) {
             std::uint64_t out = 0;
@@ -189,7 +198,7 @@ private:
                 const std::size_t v = block + i;
                 const Vector inside = offset - (normal[0] * load(x + v) + normal[1] * load(y + v) +
                                                 normal[2] * load(z + v));
-                store(&depth_[v], inside);
+                store(depth + v, inside);
                 out |= bits_less(inside, Vector{}) << i;
             }
             cut_off_[block / step] = static_cast<std::uint16_t>(out);
@@ -286,11 +295,14 @@ private:
 
         const std::uint32_t face = place(images_.size() - 1);
         const std::uint32_t *vertex = free_places_.data() + free_count_ - crossing_count_;
+        // All places first: the next plane is soon to read them, as vectors
+        for (std::size_t i = 0; i < crossing_count_; ++i) {
+            size_ = std::max(size_, std::size_t{vertex[i]} + 1);
+            put(vertex[i], crossings_[i].at);
+        }
         for (std::size_t i = 0; i < crossing_count_; ++i) {
             const Crossing &c = crossings_[i];
             const std::uint32_t v = vertex[i], next = vertex[next_of(c)];
-            size_ = std::max(size_, std::size_t{v} + 1);
-            put(v, c.at);
             twin_[4 * v] = c.back;
             twin_[c.back] = 4 * v;
             twin_[4 * v + 1] = 4 * next + 2;
@@ -304,7 +316,6 @@ private:
 
     void put(std::uint32_t v, const Point<3> &p) {
         for (std::size_t a = 0; a < 3; ++a) xyz_[a][v] = p[a];
-        distance2_[v] = p[0] * p[0] + p[1] * p[1] + p[2] * p[2];
     }
 
     static std::uint32_t place(std::size_t i) { return static_cast<std::uint32_t>(i); }
@@ -312,11 +323,10 @@ private:
     // Makes room for n vertices. Free places are taken from the end of their list, which holds the
     // lowest.
     void reserve(std::size_t n) {
-        if (distance2_.size() >= n) return;
-        const std::size_t room = 2 * padded(n), more = room - distance2_.size();
+        if (depth_.size() >= n) return;
+        const std::size_t room = 2 * padded(n), more = room - depth_.size();
         for (auto &axis : xyz_) axis.resize(room);
         depth_.resize(room);
-        distance2_.resize(room);
         twin_.resize(4 * room);
         face_.resize(4 * room);
         crossing_of_.resize(4 * room);
@@ -341,8 +351,7 @@ private:
     static std::size_t padded(std::size_t n) { return (n + step - 1) / step * step; }
 
     std::size_t size_ = 0;                   // places in use, some of them free again
-    std::array<std::vector<double>, 3> xyz_; // coordinates of the vertices
-    std::vector<double> distance2_;          // their squared distances from the site
+    std::array<Numbers, 3> xyz_;             // coordinates of the vertices
     std::vector<double> depth_;              // how far inside the last plane they lie
     std::vector<std::uint16_t> cut_off_;     // bits of those outside it, `step` at a time
     std::vector<std::uint32_t> twin_;        // for each half-edge, the opposite one
@@ -358,7 +367,6 @@ private:
     std::uint64_t crossings_before_ = 1;     // crossings of all earlier cuts, of all cells
     // For each face, the last crossing with this face on its left
     std::vector<std::uint64_t> last_crossing_;
-    double squared_radius_ = 0.0;
 };
 
 } // namespace VOROQUAD::detail
