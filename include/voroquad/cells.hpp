@@ -262,6 +262,8 @@ Polygons cell_polygons(const PointView<2> &points, const ConvexDomain<2> &domain
 
     // Into the caller's order
     Polygons out;
+    out.vertices.reserve(corners.size());
+    out.offsets.reserve(points.size() + 1);
     out.offsets.push_back(0);
     for (const auto &[begin, end] : polygon) {
         out.vertices.insert(out.vertices.end(),
@@ -284,13 +286,14 @@ struct Polyhedra {
         begin.push_back(corners.size());
     }
     // The faces of a cell of another collection
-    void add_cell(const Polyhedra &other, std::size_t cell) {
-        for (std::size_t f = other.faces[cell]; f < other.faces[cell + 1]; ++f) {
-            const auto first = other.corners.begin();
-            corners.insert(corners.end(), first + static_cast<std::ptrdiff_t>(other.begin[f]),
-                           first + static_cast<std::ptrdiff_t>(other.begin[f + 1]));
-            begin.push_back(corners.size());
-        }
+    template <class Others>
+    void add_cell(const Others &other, std::size_t cell) {
+        const std::size_t first = other.faces[cell], last = other.faces[cell + 1];
+        const std::size_t from = other.begin[first], to = other.begin[last], here = corners.size();
+        corners.insert(corners.end(), other.corners.begin() + static_cast<std::ptrdiff_t>(from),
+                       other.corners.begin() + static_cast<std::ptrdiff_t>(to));
+        for (std::size_t f = first + 1; f <= last; ++f)
+            begin.push_back(other.begin[f] - from + here);
         faces.push_back(begin.size() - 1);
     }
 };
@@ -304,21 +307,25 @@ Polyhedra cell_polyhedra(const PointView<3> &points, const ConvexDomain<3> &doma
     CellWorkspace<3> work;
 
     // Site after site, without edges of length zero and without what that leaves of a face
-    Polyhedra by_site;
+    struct {
+        detail::LargeArray<Point<3>> corners;
+        detail::LargeArray<std::size_t> begin{0}, faces{0};
+    } by_site;
     std::vector<std::size_t> site_of(points.size());
-    std::vector<Point<3>> face;
     const auto keep = [&](std::size_t s, const detail::ConvexPolyhedron &cell, unsigned) {
         const Point<3> site = work.site(s);
         for (const std::size_t i : work.points_at(s)) site_of[i] = s;
-        cell.for_each_face([&](const std::vector<Point<3>> &corners, const Point<3> &) {
-            face.clear();
+        auto &kept = by_site.corners;
+        cell.for_each_numbered_face([&](const std::vector<Point<3>> &corners, std::uint32_t) {
+            const std::size_t begin = kept.size();
             for (Point<3> corner : corners) {
                 for (std::size_t a = 0; a < 3; ++a) corner[a] += site[a];
                 corner = domain.clamped(corner);
-                if (face.empty() || corner != face.back()) face.push_back(corner);
+                if (kept.size() == begin || corner != kept.back()) kept.push_back(corner);
             }
-            while (face.size() > 1 && face.back() == face.front()) face.pop_back();
-            if (face.size() > 2) by_site.add_face(face);
+            while (kept.size() > begin + 1 && kept.back() == kept[begin]) kept.pop_back();
+            if (kept.size() > begin + 2) by_site.begin.push_back(kept.size());
+            else kept.resize(begin);
         });
         by_site.faces.push_back(by_site.begin.size() - 1);
     };
@@ -326,6 +333,9 @@ Polyhedra cell_polyhedra(const PointView<3> &points, const ConvexDomain<3> &doma
 
     // Into the caller's order
     Polyhedra out;
+    out.corners.reserve(by_site.corners.size());
+    out.begin.reserve(by_site.begin.size());
+    out.faces.reserve(points.size() + 1);
     for (const std::size_t s : site_of) out.add_cell(by_site, s);
     return out;
 }

@@ -5,6 +5,8 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <limits>
+#include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -13,6 +15,8 @@
 #include <voroquad/detail/cells/shared_faces.hpp>
 #include <voroquad/detail/check.hpp>
 #include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/memory.hpp>
+#include <voroquad/detail/points/tree.hpp>
 #include <voroquad/domain.hpp>
 #include <voroquad/points.hpp>
 
@@ -33,36 +37,122 @@ struct Neighbours {
 
 namespace detail {
 
-// Sorts contacts, each given once, and their opposites into rows.
+// Writes rows of neighbours one after the other.
 template <std::size_t D>
-Neighbours<D> rows_of(FacesOf<D> faces) {
-    const std::size_t n = faces.border.size();
-    Neighbours<D> rows;
-    rows.offsets.assign(n + 1, 0);
-    for (const auto &c : faces.shared) ++rows.offsets[c.from], ++rows.offsets[c.to];
-    std::size_t total = 0;
-    for (auto &offset : rows.offsets) total += std::exchange(offset, total);
+class RowWriter {
+public:
+    RowWriter(std::size_t points, std::size_t entries) {
+        rows_.offsets.assign(1, 0);
+        rows_.offsets.reserve(points + 1);
+        rows_.indices.resize(entries);
+        rows_.measures.resize(entries);
+        rows_.distances.resize(entries);
+        rows_.periods.resize(entries);
+        rows_.border.assign(points, 0.0);
+    }
+    // The row of the next point: contacts that come from it, which are put in order.
+    void add(std::span<Contact<D>> row) {
+        const std::size_t begin = rows_.offsets.back();
+        if (row.size() > few || !put_by_rank(row, begin)) {
+            const auto before = [](const Contact<D> &a, const Contact<D> &b) {
+                return std::tie(a.to, a.periods) < std::tie(b.to, b.periods);
+            };
+            std::sort(row.begin(), row.end(), before);
+            for (std::size_t k = 0; k < row.size(); ++k) put(begin + k, row[k]);
+        }
+        rows_.offsets.push_back(begin + row.size());
+    }
+    void set_border(std::size_t point, double measure) { rows_.border[point] = measure; }
+    Neighbours<D> rows() { return std::move(rows_); }
 
-    std::vector<Contact<D>> sorted(total);
-    for (const auto &c : faces.shared) {
-        sorted[rows.offsets[c.from]++] = c;
-        sorted[rows.offsets[c.to]++] = c.opposite();
+private:
+    static constexpr std::size_t few = 32;
+
+    void put(std::size_t k, const Contact<D> &c) {
+        rows_.indices[k] = c.to;
+        rows_.measures[k] = c.measure;
+        rows_.distances[k] = c.distance;
+        rows_.periods[k] = c.periods;
     }
-    const auto before = [](const Contact<D> &a, const Contact<D> &b) {
-        return std::tie(a.to, a.periods) < std::tie(b.to, b.periods);
-    };
-    for (std::size_t i = n; i > 0; --i) rows.offsets[i] = rows.offsets[i - 1];
-    rows.offsets[0] = 0;
-    for (std::size_t i = 0; i < n; ++i)
-        std::sort(sorted.data() + rows.offsets[i], sorted.data() + rows.offsets[i + 1], before);
-    for (const auto &c : sorted) {
-        rows.indices.push_back(c.to);
-        rows.measures.push_back(c.measure);
-        rows.distances.push_back(c.distance);
-        rows.periods.push_back(c.periods);
+    // Puts each contact behind those with a lower index: for few of them this takes less time than
+    // a sort, whose branches are mispredicted. Returns false if two have the same index.
+    bool put_by_rank(std::span<Contact<D>> row, std::size_t begin) {
+        std::array<std::uint32_t, few> to;
+        for (std::size_t k = 0; k < row.size(); ++k) to[k] = row[k].to;
+        std::size_t sum = 0;
+        for (std::size_t k = 0; k < row.size(); ++k) {
+            std::uint32_t rank = 0;
+            for (std::size_t j = 0; j < row.size(); ++j) rank += to[j] < to[k];
+            put(begin + rank, row[k]);
+            sum += rank;
+        }
+        return 2 * sum == row.size() * (row.size() - 1) || row.empty();
     }
-    rows.border = std::move(faces.border);
-    return rows;
+
+    Neighbours<D> rows_;
+};
+
+// Contacts in both directions, row after row: those of row r are contacts[offsets[r]] …
+// contacts[offsets[r+1] - 1]. for_each(visit) calls visit(contact) for each, in one direction.
+template <std::size_t D>
+struct ContactRows {
+    template <class ForEach>
+    ContactRows(std::size_t rows, ForEach &&for_each) : offsets(rows + 1, 0) {
+        for_each([&](const Contact<D> &c) { ++offsets[c.from], ++offsets[c.to]; });
+        std::size_t total = 0;
+        for (auto &offset : offsets) total += std::exchange(offset, total);
+        contacts.resize(total);
+        for_each([&](const Contact<D> &c) {
+            contacts[offsets[c.from]++] = c;
+            contacts[offsets[c.to]++] = c.opposite();
+        });
+        for (std::size_t r = rows; r > 0; --r) offsets[r] = offsets[r - 1];
+        offsets[0] = 0;
+    }
+    std::span<Contact<D>> row(std::size_t r) {
+        return {contacts.data() + offsets[r], offsets[r + 1] - offsets[r]};
+    }
+
+    std::vector<std::size_t> offsets;
+    LargeArray<Contact<D>> contacts;
+};
+
+inline Neighbours<1> rows_of(const FacesOnLine &faces) {
+    const std::size_t n = faces.border.size();
+    ContactRows<1> contacts(n, [&](auto &&visit) {
+        for (const Contact<1> &c : faces.shared) visit(c);
+    });
+    RowWriter<1> writer(n, contacts.contacts.size());
+    for (std::size_t i = 0; i < n; ++i) {
+        writer.add(contacts.row(i));
+        writer.set_border(i, faces.border[i]);
+    }
+    return writer.rows();
+}
+
+// Rows are made site by site, since neighbours among sites are near in memory, and then written in
+// the order of the points.
+template <std::size_t D>
+Neighbours<D> rows_of(const FaceCollector<D> &faces, std::size_t points) {
+    const PointTree<D> &tree = faces.tree();
+    ContactRows<D> contacts(tree.sites(), [&](auto &&visit) { faces.for_each_contact(visit); });
+    constexpr auto none = std::numeric_limits<std::uint32_t>::max();
+    LargeArray<std::uint32_t> first(tree.sites()), site_of(points);
+    std::fill(site_of.begin(), site_of.end(), none);
+    for (std::size_t s = 0; s < tree.sites(); ++s) {
+        const auto here = tree.points_at(s);
+        first[s] = *std::min_element(here.begin(), here.end());
+        site_of[first[s]] = static_cast<std::uint32_t>(s);
+    }
+    for (auto &c : contacts.contacts) c.to = first[c.to];
+
+    RowWriter<D> writer(points, contacts.contacts.size());
+    for (std::size_t i = 0; i < points; ++i) {
+        const std::uint32_t s = site_of[i];
+        writer.add(s == none ? std::span<Contact<D>>{} : contacts.row(s));
+        if (s != none) writer.set_border(i, faces.border(s));
+    }
+    return writer.rows();
 }
 
 } // namespace detail
@@ -80,7 +170,7 @@ Neighbours<D> cell_neighbours(const PointView<D> &points, const ConvexDomainOf<D
     if constexpr (D == 1) {
         return detail::rows_of(detail::faces_on_line(points, domain.bounds));
     } else {
-        if (points.size() == 0) return detail::rows_of(detail::FacesOf<D>{});
+        if (points.size() == 0) return detail::RowWriter<D>(0, 0).rows();
         CellWorkspace<D> work;
         work.tree.build(points);
         detail::FaceCollector<D> collector(work.tree, domain.bounds, std::max(1u, threads));
@@ -88,7 +178,7 @@ Neighbours<D> cell_neighbours(const PointView<D> &points, const ConvexDomainOf<D
             collector.add(site, cell, worker);
         };
         detail::visit_cells(work, domain, threads, detail::AnyVisit<D>(add), pause);
-        return detail::rows_of(collector.faces(points.size()));
+        return detail::rows_of(collector, points.size());
     }
 }
 

@@ -78,12 +78,14 @@ PointView<D> one_set(const StridedSets &points) {
     return {points.data(), points.shape(1), points.stride(1), points.stride(2)};
 }
 
+// Points (n, D), kept as they are
 template <std::size_t D>
-Array<double> flat(const std::vector<Point<D>> &points) {
-    std::vector<double> out(D * points.size());
-    for (std::size_t i = 0; i < points.size(); ++i)
-        std::copy_n(points[i].begin(), D, out.begin() + static_cast<std::ptrdiff_t>(D * i));
-    return own(std::move(out), {points.size(), D});
+Array<double> flat(std::vector<Point<D>> &&points) {
+    static_assert(sizeof(Point<D>) == D * sizeof(double));
+    using Kept = std::vector<Point<D>>;
+    auto *kept = new Kept(std::move(points));
+    nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<Kept *>(p); });
+    return Array<double>(kept->data()->data(), {kept->size(), D}, owner);
 }
 
 // Where a ball, or the axis of a cylinder, is in a box
@@ -130,7 +132,7 @@ Array<double> centroids_of(const StridedSets &points, const Region &region, unsi
         nb::gil_scoped_release release;
         cell_centroids<D>(one_set<D>(points), domain, out.data(), threads, CheckSignals());
     }
-    return flat<D>(out);
+    return flat<D>(std::move(out));
 }
 
 Array<double> centroids(StridedSets points, Sides sides, Axes periodic, Walls walls,
@@ -178,7 +180,7 @@ std::pair<Array<double>, Array<std::size_t>> polygons(StridedSets points, Sides 
         return cell_polygons(one_set<2>(points), domain, CheckSignals());
     }();
     const std::size_t offsets = cells.offsets.size();
-    return {flat<2>(cells.vertices), own(std::move(cells.offsets), {offsets})};
+    return {flat<2>(std::move(cells.vertices)), own(std::move(cells.offsets), {offsets})};
 }
 
 std::tuple<Array<double>, Array<std::size_t>, Array<std::size_t>>
@@ -189,11 +191,11 @@ polyhedra(StridedSets points, Sides sides, Axes periodic, Walls walls) {
         return cell_polyhedra(one_set<3>(points), domain, CheckSignals());
     }();
     const std::size_t faces = cells.begin.size(), n = cells.faces.size();
-    return {flat<3>(cells.corners), own(std::move(cells.begin), {faces}),
+    return {flat<3>(std::move(cells.corners)), own(std::move(cells.begin), {faces}),
             own(std::move(cells.faces), {n})};
 }
 
-using NeighbourRows = std::tuple<Array<std::int64_t>, Array<std::int64_t>, Array<double>,
+using NeighbourRows = std::tuple<Array<std::size_t>, Array<std::size_t>, Array<double>,
                                  Array<double>, Array<std::int8_t>, Array<double>>;
 
 template <std::size_t D>
@@ -207,12 +209,9 @@ NeighbourRows neighbours_of(const StridedSets &points, const Region &region, uns
     std::vector<std::int8_t> periods;
     periods.reserve(D * m);
     for (const auto &p : rows.periods) periods.insert(periods.end(), p.begin(), p.end());
-    const auto signed_ = [](const std::vector<std::size_t> &values) {
-        return std::vector<std::int64_t>(values.begin(), values.end());
-    };
-    return {own(signed_(rows.offsets), {n + 1}), own(signed_(rows.indices), {m}),
-            own(std::move(rows.measures), {m}),  own(std::move(rows.distances), {m}),
-            own(std::move(periods), {m, D}),     own(std::move(rows.border), {n})};
+    return {own(std::move(rows.offsets), {n + 1}), own(std::move(rows.indices), {m}),
+            own(std::move(rows.measures), {m}),    own(std::move(rows.distances), {m}),
+            own(std::move(periods), {m, D}),       own(std::move(rows.border), {n})};
 }
 
 NeighbourRows neighbours(StridedSets points, Sides sides, Axes periodic, Walls walls,

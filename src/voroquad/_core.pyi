@@ -54,8 +54,8 @@ def neighbours(
     walls: Annotated[NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
     threads: int,
 ) -> tuple[
-    NDArray[numpy.int64],
-    NDArray[numpy.int64],
+    NDArray[numpy.uint64],
+    NDArray[numpy.uint64],
     NDArray[numpy.float64],
     NDArray[numpy.float64],
     NDArray[numpy.int8],

@@ -95,9 +95,10 @@ class Bounds:
         low, high = self._core_sides.T
         return np.clip((self.to_core(points, name) - low) / (high - low), 0.0, np.nextafter(1.0, 0.0))
 
-    def from_core(self, points: Array) -> Array:
-        """Points (..., d) of the core in the box's own coordinates."""
-        return np.ldexp(points, self._exponent) + self._offset
+    def from_core(self, points: Array, *, in_place: bool = False) -> Array:
+        """Points (..., d) of the core in the box's own coordinates; a new array unless they may be changed in place."""
+        scaled = np.ldexp(points, self._exponent, out=points if in_place else None)
+        return np.add(scaled, self._offset, out=scaled)
 
     def measures_from_core(self, measures: Array, d: int | None = None) -> Array:
         """Lengths, areas or volumes that the core gave, in the box's own unit; those of `d` dimensions if given."""

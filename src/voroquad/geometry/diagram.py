@@ -17,7 +17,7 @@ from .._support.html import table
 from .bounds import Bounds
 from .neighbours import Neighbours
 from .plots import draw
-from .shapes import Polygons, Polyhedra
+from .shapes import Polygons, Polyhedra, pieces
 from .triangulation import SAME, Triangulation, triangulate
 
 if TYPE_CHECKING:
@@ -93,7 +93,7 @@ class Cells:
         Points that coincide each get the cell that they share.
         """
         arrays = self.polygon_arrays()
-        return np.split(arrays.coordinates, arrays.offsets[1:-1])
+        return pieces(arrays.coordinates, arrays.offsets)
 
     def polygon(self, i: int) -> Array:
         """Corners (k, 2) of the cell of point i, counter-clockwise, d = 2."""
@@ -132,7 +132,7 @@ class Cells:
         cell that they share.
         """
         arrays = self.polyhedron_arrays()
-        faces = np.split(arrays.coordinates, arrays.face_offsets[1:-1])
+        faces = pieces(arrays.coordinates, arrays.face_offsets)
         return [faces[first:last] for first, last in itertools.pairwise(arrays.offsets.tolist())]
 
     def polyhedron(self, i: int) -> list[Array]:
@@ -300,12 +300,12 @@ class Cells:
 
     def _cut_polygons(self) -> Polygons:
         coordinates, offsets = _core.polygons(self._points[None], *self._bounds.region)
-        return Polygons(self._bounds.from_core(coordinates), offsets.astype(np.int64))
+        return Polygons(self._bounds.from_core(coordinates, in_place=True), offsets.view(np.int64))
 
     def _cut_polyhedra(self) -> Polyhedra:
         coordinates, faces, offsets = _core.polyhedra(self._points[None], *self._bounds.region)
-        coordinates = self._bounds.from_core(coordinates)
-        return Polyhedra(coordinates, faces.astype(np.int64), offsets.astype(np.int64))
+        coordinates = self._bounds.from_core(coordinates, in_place=True)
+        return Polyhedra(coordinates, faces.view(np.int64), offsets.view(np.int64))
 
     def _locate(self, places: NDArray[Any]) -> NDArray[Any]:
         inside = self._bounds.to_core(places, "x")
@@ -314,10 +314,11 @@ class Cells:
     def _find_neighbours(self) -> Neighbours:
         box, d = self._bounds, self._points.shape[-1]
         found = _core.neighbours(self._points[None], *box.region, self._threads)
-        indptr, indices, measures, distances, shifts, border = found
+        indptr, indices, measures, distances, periods, border = found
         measures, border = (box.measures_from_core(values, d - 1) for values in (measures, border))
         distances = box.measures_from_core(distances, 1)
-        return Neighbours(indptr, indices, measures, distances, shifts.astype(np.int64), border)
+        shifts = periods.astype(np.int64)
+        return Neighbours(indptr.view(np.int64), indices.view(np.int64), measures, distances, shifts, border)
 
     def _triangulate(self, corners: Array, owners: Integers) -> Triangulation:
         low, high = self._bounds.sides.T

@@ -75,6 +75,12 @@ class Polyhedra:
         return Polyhedra(self.coordinates[corners], face_offsets, offsets)
 
 
+def pieces(coordinates: Array, offsets: Integers) -> list[Array]:
+    """``coordinates[offsets[k]:offsets[k + 1]]`` for all k: views, made without a loop in Python."""
+    ends = offsets.tolist()
+    return list(map(coordinates.__getitem__, map(slice, ends[:-1], ends[1:])))
+
+
 def range_of(offsets: Integers, i: int) -> slice:
     """The range of the entries of cell i; negative i count from the end."""
     n = len(offsets) - 1

@@ -99,8 +99,8 @@ private:
         sorted_.resize(2 * room);
     }
     void add_candidate(std::size_t i) {
-        candidates_[count_++] = {neighbourhood_->squared_distance(i),
-                                 static_cast<std::uint32_t>(i), 0};
+        candidates_[count_++] = {neighbourhood_->squared_distance(i), static_cast<std::uint32_t>(i),
+                                 0};
     }
     // Roughly the nearest come first, since they leave the smallest cell to the others.
     void clip_with_candidates(double from, double to) {

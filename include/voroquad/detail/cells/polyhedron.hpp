@@ -115,10 +115,11 @@ public:
     // Calls visit(corners, face) with the number of each face instead.
     template <class Visit>
     void for_each_numbered_face(Visit &&visit) const {
-        std::vector<char> walked(4 * size_, 0);
+        walked_.assign(4 * size_, 0);
         for (std::size_t i = 0; i < free_count_; ++i)
-            if (free_places_[i] < size_) std::fill_n(walked.begin() + 4 * free_places_[i], 4, 1);
-        std::vector<Point<3>> corners;
+            if (free_places_[i] < size_) std::fill_n(walked_.begin() + 4 * free_places_[i], 4, 1);
+        char *const walked = walked_.data();
+        auto &corners = corners_;
         for (std::uint32_t first = 0; first < 4 * size_; ++first) {
             if ((first & 3) == 3 || walked[first]) continue;
             corners.clear();
@@ -365,6 +366,8 @@ private:
     std::size_t removed_count_ = 0;          // vertices that the last plane removes
     std::vector<std::uint32_t> crossing_of_; // for half-edges that cross, the crossing
     std::uint64_t crossings_before_ = 1;     // crossings of all earlier cuts, of all cells
+    mutable std::vector<char> walked_;       // which half-edges a walk around faces has met
+    mutable std::vector<Point<3>> corners_;  // of the face that such a walk is at
     // For each face, the last crossing with this face on its left
     std::vector<std::uint64_t> last_crossing_;
 };

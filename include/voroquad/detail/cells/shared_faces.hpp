@@ -22,6 +22,7 @@
 #include <voroquad/detail/cells/polyhedron.hpp>
 #include <voroquad/detail/cells/turn.hpp>
 #include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/memory.hpp>
 #include <voroquad/detail/points/algebra.hpp>
 #include <voroquad/detail/points/tree.hpp>
 #include <voroquad/domain.hpp>
@@ -36,7 +37,7 @@ using Periods = std::array<std::int8_t, D>;
 // Two cells that share a face: that of `from`, and of the image of `to` so many periods away
 template <std::size_t D>
 struct Contact {
-    std::size_t from, to;
+    std::uint32_t from, to;
     Periods<D> periods;
     double measure, distance;
 
@@ -47,12 +48,51 @@ struct Contact {
     }
 };
 
-// The faces of all cells: those that two share, each once, and of each cell what lies on sides of
-// the domain.
+// Leaves of a tree and their boxes, side by side for vectors
 template <std::size_t D>
-struct FacesOf {
-    std::vector<Contact<D>> shared;
-    std::vector<double> border;
+class LeafList {
+public:
+    // All leaves that reach into a box, in the order of the curve
+    void collect(const PointTree<D> &tree, const Box<D> &box) {
+        box_ = box;
+        leaves_.clear();
+        tree.within(box, std::numeric_limits<double>::min(),
+                    [&](std::size_t leaf) { leaves_.push_back(leaf); });
+        const std::size_t room = padded(leaves_.size());
+        for (std::size_t a = 0; a < D; ++a) {
+            // No place is in what pads the last vector
+            lo_[a].assign(room, std::numeric_limits<double>::infinity());
+            hi_[a].assign(room, -std::numeric_limits<double>::infinity());
+            for (std::size_t i = 0; i < leaves_.size(); ++i) {
+                const Box<D> leaf = tree.leaf_box(leaves_[i]);
+                lo_[a][i] = leaf.lo[a];
+                hi_[a][i] = leaf.hi[a];
+            }
+        }
+    }
+    // Whether all leaves that reach into a place are here
+    bool covers(const Box<D> &place) const {
+        bool inside = true;
+        for (std::size_t a = 0; a < D; ++a)
+            inside &= place.lo[a] >= box_.lo[a] && place.hi[a] <= box_.hi[a];
+        return inside;
+    }
+    // Calls visit(leaf) for those that reach into a place.
+    template <class Visit>
+    void at(const Box<D> &place, Visit &&visit) const {
+        for (std::size_t i = 0; i < leaves_.size(); i += width) {
+            std::uint64_t chosen = all_lanes;
+            for (std::size_t a = 0; a < D; ++a)
+                chosen &= ~(bits_less(Vector{} + place.hi[a], load(&lo_[a][i])) |
+                            bits_less(load(&hi_[a][i]), Vector{} + place.lo[a]));
+            for_each_bit(chosen, [&](std::size_t k) { visit(leaves_[i + k]); });
+        }
+    }
+
+private:
+    Box<D> box_ = Box<D>::empty();
+    std::vector<std::size_t> leaves_;
+    std::array<Numbers, D> lo_, hi_;
 };
 
 // Finds the site, or the image of one, that appears at a place to another site.
@@ -61,8 +101,20 @@ class SiteFinder {
 public:
     SiteFinder(const PointTree<D> &tree, const Bounds<D> &domain) : tree_(tree), domain_(domain) {}
 
+    // Sites near this one are looked for next.
+    void move_to(std::size_t site) {
+        if (site >= begin_ && site < end_) return;
+        const std::size_t family = tree_.family_of(site);
+        begin_ = tree_.leaf_begin(tree_.family_begin(family));
+        end_ = tree_.leaf_begin(tree_.family_begin(family + 1));
+        Box<D> box = tree_.family_box(family);
+        const double reach = near * tree_.spacing_near(family);
+        for (std::size_t a = 0; a < D; ++a) box.lo[a] -= reach, box.hi[a] += reach;
+        near_leaves_.collect(tree_, box);
+    }
+
     struct Found {
-        std::size_t site;
+        std::uint32_t site;
         Periods<D> periods;
         double distance;
     };
@@ -95,6 +147,8 @@ private:
     // Relative to a way, what two sites may differ in and be taken for one: inverting a point twice
     // costs less
     static constexpr double same = 1e-14;
+    // Leaves within so many spacings of a family are listed: most neighbours are nearer.
+    static constexpr double near = 2.0;
 
     static double largest_of(const Point<D> &q) {
         double size = 0.0;
@@ -114,20 +168,28 @@ private:
             at.lo[a] = place - slack;
             at.hi[a] = place + slack;
         }
-        tree_.within(at, std::numeric_limits<double>::min(), [&](std::size_t leaf) {
-            for (std::size_t s = tree_.leaf_begin(leaf); s < tree_.leaf_begin(leaf + 1); ++s) {
-                const Point<D> other = tree_.site(s);
-                Point<D> way, off;
+        const auto look_in_leaf = [&](std::size_t leaf) {
+            const std::size_t end = tree_.leaf_begin(leaf + 1);
+            for (std::size_t s = tree_.leaf_begin(leaf); s < end; s += width) {
+                const std::array<Vector, D> other = tree_.vectors(s);
+                Vector miss{};
                 for (std::size_t a = 0; a < D; ++a) {
-                    way[a] = along[a].way(other[a], site[a]);
-                    off[a] = way[a] - q[a];
+                    const Vector off = along[a].way(other[a], site[a]) - q[a];
+                    miss = larger(miss, larger(off, -off));
                 }
-                const double miss = largest_of(off);
-                if (miss > best || (found && miss == best)) continue;
-                best = miss;
-                found = Found{s, count, length(way)};
+                const std::uint64_t close =
+                    ~bits_less(Vector{} + best, miss) & first_lanes(end - s);
+                for_each_bit(close, [&](std::size_t i) {
+                    if (miss[i] > best || (found && miss[i] == best)) return;
+                    best = miss[i];
+                    Point<D> way;
+                    for (std::size_t a = 0; a < D; ++a) way[a] = along[a].way(other[a][i], site[a]);
+                    found = Found{static_cast<std::uint32_t>(s + i), count, length(way)};
+                });
             }
-        });
+        };
+        if (near_leaves_.covers(at)) near_leaves_.at(at, look_in_leaf);
+        else tree_.within(at, std::numeric_limits<double>::min(), look_in_leaf);
     }
 
     static double length(const Point<D> &p) {
@@ -139,7 +201,15 @@ private:
 
     const PointTree<D> &tree_;
     const Bounds<D> &domain_;
+    std::size_t begin_ = 0, end_ = 0; // the sites of the family that the leaves are near to
+    LeafList<D> near_leaves_;
 };
+
+inline double length_of(double x, double y) {
+    const double squared = x * x + y * y;
+    return squared > least_square && squared < 1.0 / least_square ? std::sqrt(squared)
+                                                                  : std::hypot(x, y);
+}
 
 // Calls visit(measure, q) for the edges of a cell in the plane, or the faces of one in space, and
 // the point q across each, relative to the site.
@@ -147,7 +217,7 @@ template <class Polygon, class Visit>
 void for_each_side(const Polygon &cell, Visit &&visit) {
     for (std::size_t i = 0; i < cell.size(); ++i) {
         const Point<2> p = cell.vertex(i), q = cell.vertex(i + 1 == cell.size() ? 0 : i + 1);
-        visit(std::hypot(q[0] - p[0], q[1] - p[1]), cell.across(i));
+        visit(length_of(q[0] - p[0], q[1] - p[1]), cell.across(i));
     }
 }
 template <class Visit>
@@ -168,12 +238,14 @@ template <std::size_t D>
 class FaceCollector {
 public:
     FaceCollector(const PointTree<D> &tree, const Bounds<D> &domain, unsigned workers)
-        : tree_(tree), finder_(tree, domain), faces_(workers), surface_(tree.sites()),
-          border_(tree.sites()), nearest_(tree.sites()) {}
+        : tree_(tree), finders_(workers, SiteFinder<D>(tree, domain)), faces_(workers),
+          surface_(tree.sites()), border_(tree.sites()), nearest_(tree.sites()) {}
 
     template <class Cell>
     void add(std::size_t site, const Cell &cell, unsigned worker) {
         auto &faces = faces_[worker];
+        auto &finder = finders_[worker];
+        finder.move_to(site);
         const std::size_t first = faces.size();
         const Point<D> at = tree_.site(site);
         double surface = 0.0, border = 0.0;
@@ -181,7 +253,7 @@ public:
         for_each_side(cell, [&](double measure, const Point<D> &q) {
             surface += measure;
             if (measure == 0.0) return;
-            const auto found = finder_.find(at, q);
+            const auto found = finder.find(at, q);
             if (!found) {
                 border += measure;
                 return;
@@ -193,30 +265,24 @@ public:
                     faces[f].measure += measure;
                     return;
                 }
-            faces.push_back({site, found->site, found->periods, measure, found->distance});
+            faces.push_back({static_cast<std::uint32_t>(site), found->site, found->periods, measure,
+                             found->distance});
         });
         surface_[site] = surface;
         border_[site] = border;
         nearest_[site] = nearest;
     }
 
-    // The faces that count, once for both sides, between the first points of sites
-    FacesOf<D> faces(std::size_t points) const {
-        FacesOf<D> out{{}, std::vector<double>(points)};
-        std::vector<std::size_t> first(tree_.sites());
-        for (std::size_t s = 0; s < tree_.sites(); ++s) {
-            const auto here = tree_.points_at(s);
-            first[s] = *std::min_element(here.begin(), here.end());
-            out.border[first[s]] = border_[s];
-        }
+    const PointTree<D> &tree() const { return tree_; }
+    // Of the cell of a site, what lies on sides of the domain
+    double border(std::size_t site) const { return border_[site]; }
+
+    // Calls visit(contact) for the faces that count, once for both sites.
+    template <class Visit>
+    void for_each_contact(Visit &&visit) const {
         for (const auto &faces : faces_)
-            for (Contact<D> c : faces) {
-                if (!is_told_by_first(c) || is_rounding(c)) continue;
-                c.from = first[c.from];
-                c.to = first[c.to];
-                out.shared.push_back(c);
-            }
-        return out;
+            for (const Contact<D> &c : faces)
+                if (is_told_by_first(c) && !is_rounding(c)) visit(c);
     }
 
 private:
@@ -231,13 +297,20 @@ private:
     }
 
     const PointTree<D> &tree_;
-    SiteFinder<D> finder_;
-    std::vector<std::vector<Contact<D>>> faces_;
+    std::vector<SiteFinder<D>> finders_; // of each worker
+    std::vector<LargeArray<Contact<D>>> faces_;
     std::vector<double> surface_, border_, nearest_; // of the cell of each site
 };
 
+// The ends that cells on a line share, each once, between points, and of each cell how many ends
+// lie on those of the domain.
+struct FacesOnLine {
+    std::vector<Contact<1>> shared;
+    std::vector<double> border;
+};
+
 // On a line cells share ends, which measure 1.
-inline FacesOf<1> faces_on_line(const PointView<1> &points, const Bounds<1> &domain) {
+inline FacesOnLine faces_on_line(const PointView<1> &points, const Bounds<1> &domain) {
     RankedPoints ranked;
     ranked.sort(points);
     const std::size_t n = points.size();
@@ -245,16 +318,16 @@ inline FacesOf<1> faces_on_line(const PointView<1> &points, const Bounds<1> &dom
 
     struct Site {
         double x;
-        std::size_t first; // of the points there
+        std::uint32_t first; // of the points there
     };
     std::vector<Site> sites;
     for (std::size_t rank = 0; rank < n; ++rank) {
         const double x = ranked.point(rank);
-        const std::size_t i = ranked.position(rank);
+        const auto i = static_cast<std::uint32_t>(ranked.position(rank));
         if (sites.empty() || sites.back().x != x) sites.push_back({x, i});
         sites.back().first = std::min(sites.back().first, i);
     }
-    FacesOf<1> faces{{}, std::vector<double>(n)};
+    FacesOnLine faces{{}, std::vector<double>(n)};
     for (std::size_t k = 1; k < sites.size(); ++k)
         faces.shared.push_back(
             {sites[k - 1].first, sites[k].first, {0}, 1.0, sites[k].x - sites[k - 1].x});

@@ -97,6 +97,16 @@ public:
         return box;
     }
 
+    // The family that a site is in
+    std::size_t family_of(std::size_t s) const {
+        const auto begins_after = [&](std::size_t site, std::size_t leaf) {
+            return site < leaf_begin_[leaf];
+        };
+        const auto next =
+            std::upper_bound(family_begin_.begin(), family_begin_.end() - 1, s, begins_after);
+        return static_cast<std::size_t>(next - family_begin_.begin()) - 1;
+    }
+
     // The typical distance between sites near a family, from its box if it is large, else from
     // that of the siblings of its first leaf: as if they filled it, or its longest sides where it
     // is flat
