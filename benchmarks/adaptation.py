@@ -1,6 +1,7 @@
 """Peaks: `quad` with and without adaptation beside vegas, at equal evaluations.
 
     python benchmarks/adaptation.py
+    python benchmarks/adaptation.py adapt=auto  # only these rows anew
 
 Writes benchmarks/results/adaptation.csv. Each row of it is a family of integrands whose integrals are 1. Its members
 have centres, widths, corners and signs drawn at random (seed 18); while `quad` was tuned, others were looked at. `mse`
@@ -11,6 +12,7 @@ mean of 3 ("vegas"), or adapts in 5 iterations on 40 % with alpha = 0.8 and is f
 
 from __future__ import annotations
 
+import argparse
 import csv
 import itertools
 import math
@@ -170,16 +172,27 @@ METHODS = {
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("methods", nargs="*", default=list(METHODS), help="to measure; all others keep their rows")
+    chosen = parser.parse_args().methods
     warnings.simplefilter("ignore", vq.IntegrationWarning)
+    kept: dict[tuple[str, str, str], list[str]] = {}
+    if RESULT.exists():
+        with RESULT.open() as file:
+            kept = {(d, name, method): row for d, name, method, *row in list(csv.reader(file))[1:]}
+    for d, name, family in CASES:
+        for method in chosen:
+            found = np.array([[METHODS[method](f, d, s) for s in range(REPETITIONS)] for f in members(family, d)])
+            mse = np.exp(np.log(np.square(found[..., 0] - 1).mean(axis=1)).mean())
+            kept[str(d), name, method] = [f"{mse:.1e}", f"{found[..., 1].mean():.2f}"]
+        rows = [[*key, *kept[key]] for key in itertools.product([str(d)], [name], METHODS) if key in kept]
+        print(*rows, sep="\n", flush=True)
     with RESULT.open("w", newline="") as file:
         writer = csv.writer(file)
         writer.writerow(["d", "integrand", "method", "mse", "covered"])
-        for d, name, family in CASES:
-            for method, estimate in METHODS.items():
-                found = np.array([[estimate(f, d, s) for s in range(REPETITIONS)] for f in members(family, d)])
-                mse = np.exp(np.log(np.square(found[..., 0] - 1).mean(axis=1)).mean())
-                writer.writerow([d, name, method, f"{mse:.1e}", f"{found[..., 1].mean():.2f}"])
-                file.flush()
+        for key in ((str(d), name, method) for d, name, _ in CASES for method in METHODS):
+            if key in kept:
+                writer.writerow([*key, *kept[key]])
 
 
 if __name__ == "__main__":

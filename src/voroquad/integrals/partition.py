@@ -172,12 +172,10 @@ def _sums(index: Indices, size: int, moments: Array) -> Array:
 
 def _deviations(sums: Array) -> tuple[Array, Array]:
     """σ and the number of samples of groups from sums of their moments (rows, groups)."""
-    count, weight = sums[0], sums[1]
+    count, weight = sums[0], np.where(sums[1] > 0, sums[1], np.inf)
     fields = (len(sums) - 2) // 2
-    with np.errstate(divide="ignore", invalid="ignore"):
-        mean, square = sums[2 : 2 + fields] / weight, sums[2 + fields :] / weight
-        variance = np.maximum(square - mean**2, 0).sum(axis=0) * count / (count - 1)
-    return np.sqrt(np.nan_to_num(variance, posinf=0.0)), count
+    variance = np.maximum(sums[2 + fields :] / weight - (sums[2 : 2 + fields] / weight) ** 2, 0).sum(axis=0)
+    return np.sqrt(variance * (count / np.maximum(count - 1, 1))), count
 
 
 def _prune(levels: list[_Level]) -> float:

@@ -14,8 +14,9 @@ INTERVALS = 24
 #: Exponent that damps the changes of a step, and the least part of the mass that an interval is taken to have.
 DAMPING, LEAST = 0.6, 1e-12
 
-#: Steps of the inverse: Newton's, or halving where Newton's would leave the interval.
-STEPS, TOLERANCE = 60, 1e-15
+#: Steps of the inverse: Newton's, or halving where Newton's would leave the interval. The last is from a value that is
+#: off by less than a part of it and of the interval, so that the rest is rounding, or by rounding.
+STEPS, NEAR, ROUNDING = 60, 1e-9, 2.0**-51
 
 
 class SeparableMap:
@@ -48,19 +49,7 @@ class SeparableMap:
     def inverse(self, u: Array) -> Array:
         """v (d, n) of points u (d, n), by Newton's method within the interval of each."""
         j = np.stack([np.searchsorted(ends[1:-1], x, side="right") for ends, x in zip(self.nodes, u, strict=True)])
-        pieces = self._pieces(j)
-        low, high = np.zeros_like(u), np.full_like(u, 1 / self._k)
-        t = high / 2
-        for _ in range(STEPS):
-            found, slopes = _at(pieces, t)
-            low, high = np.where(found < u, t, low), np.where(found < u, high, t)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                newton = t - (found - u) / slopes
-            following = np.where((newton > low) & (newton < high), newton, (low + high) / 2)
-            moved, t = np.abs(following - t).max(initial=0), following
-            if moved < TOLERANCE:
-                break
-        return j / self._k + t
+        return j / self._k + _solved(self._pieces(j).reshape(4, -1), u.ravel(), 1 / self._k).reshape(u.shape)
 
     def _pieces(self, j: Array) -> Array:
         """The coefficients (4, d, n) of intervals j (d, n)."""
@@ -71,6 +60,33 @@ def _at(pieces: Array, t: Array) -> tuple[Array, Array]:
     """Cubics and their slopes at t."""
     a, b, c, e = pieces
     return ((a * t + b) * t + c) * t + e, (3 * a * t + 2 * b) * t + c
+
+
+def _solved(pieces: Array, values: Array, width: float) -> Array:
+    """Where ascending cubics (4, n) on [0, width] take values (n,). Those that are found take part in no more steps."""
+    solution = np.empty_like(values)
+    left = np.arange(len(values))
+    low, high = np.zeros_like(values), np.full_like(values, width)
+    height = _at(pieces, high)[0] - pieces[3]
+    near = np.maximum(NEAR * np.minimum(values, height), ROUNDING * values)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        t = (values - pieces[3]) / pieces[2]
+        t = np.where((t > 0) & (t < width), t, width / 2)
+        for _ in range(STEPS):
+            found, slopes = _at(pieces, t)
+            off = found - values
+            newton = t - off / slopes
+            below = off < 0
+            low, high = np.where(below, t, low), np.where(below, high, t)
+            within_bracket = (newton > low) & (newton < high)
+            going = np.abs(off) > near
+            solution[left] = np.where(within_bracket, newton, t)
+            if not going.any():
+                break
+            t = np.where(within_bracket, newton, (low + high) / 2)
+            left, t, low, high = left[going], t[going], low[going], high[going]
+            near, values, pieces = near[going], values[going], pieces[:, going]
+    return solution
 
 
 class MappedRegion:
