@@ -34,6 +34,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "stress": integrals.stress_table,
         "asian-options": integrals.asian_options_table,
         "peaks": integrals.peaks_table,
+        "smooth-cost": integrals.smooth_cost_table,
         "domain-maps": integrals.domain_maps_table,
         "memory": integrals.memory_table,
     },

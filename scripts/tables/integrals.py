@@ -244,3 +244,15 @@ def peaks_table() -> str:
         own = {r["method"]: float(r["mse"]) for r in measured if (r["d"], r["integrand"]) == (d, name)}
         rows.append([d, name, *(scientific(own[m]) for m in methods)])
     return markdown(rows, "ll")
+
+
+def smooth_cost_table() -> str:
+    """What the first look of adapt="auto" costs smooth integrands, and which of each family it calls for adaptation."""
+    measured = read(RESULTS / "smooth_cost.csv")
+    names = ("all smooth", "kink", "jump")
+    rows = [["d", "evaluations", "squared error", "calls: smooth", "calls: kink", "calls: jump"]]
+    for d, n in dict.fromkeys((r["d"], r["n"]) for r in measured):
+        own = {r["family"]: r for r in measured if (r["d"], r["n"]) == (d, n)}
+        calls = [f"{100 * float(own[name]['calls']):.1f} %" for name in names]
+        rows.append([d, n, own["all smooth"]["squared_error"], *calls])
+    return markdown(rows, "ll")

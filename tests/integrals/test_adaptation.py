@@ -127,6 +127,8 @@ def test_in_the_plane_a_rough_integrand_gets_the_pilot_rule():
         (4, {"n_points": 999}),
         (4, {"n_points": 2000, "order": 1}),
         (4, {"n_points": 1000, "n_estimates": 2}),
+        (4, {"n_points": 8192}),
+        (6, {"n_points": 16_384 + 31}),
         (9, {"n_points": 4000, "method": "plain"}),
         (4, {"n_points": 1000, "rtol": 0.5, "max_evaluations": 4000}),
     ],

@@ -214,6 +214,8 @@ class AdaptiveEstimator:
     final : callable
         Takes a region behind a map, and a partition of its box, and returns what estimates from at most so many
         samples of each set.
+    look : callable
+        Number of samples of a first look, for so many in all.
     sets : int
         Sets of the final round.
     report : callable
@@ -223,13 +225,14 @@ class AdaptiveEstimator:
     pilot: Learner
     plain: Callable[[int], Estimate]
     final: Callable[[Region, Partition], Callable[[int], Estimate]]
+    look: Callable[[int], int]
     sets: int
     report: Callable[[Adaptation], None]
 
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations for each set, those of the pilot included."""
         learner, size = self.pilot, round_size(n, self.sets)
-        look = size if learner.always else look_size(n, learner.region.d)
+        look = size if learner.always else self.look(n)
         pool = PilotSamples(*learner.even(look))
         found_in = concentration(pool.values)
         if not learner.adapts(found_in):

@@ -11,7 +11,7 @@ from .._support.checks import one_of
 from ..designs.engines import EngineFactory
 from ..rules.method import HIGHEST_DIMENSION, KRIGING, ORDER_ZERO, Method, highest_order, local, read_order
 from . import pilot, replicates
-from .adaptation import Adaptation, AdaptiveEstimator, Learner
+from .adaptation import Adaptation, AdaptiveEstimator, Learner, look_size
 from .adaptive_grid import AdaptiveGrid, GridAtNeed
 from .estimates import Estimate, Estimator
 from .integrand import Integrand
@@ -38,6 +38,9 @@ MANY_POINTS = {1: 8192, 2: 8192, 3: 16_384, 4: 8192} | dict.fromkeys(range(5, re
 #: Points of an estimate from which ``adapt="auto"`` takes a first look at the integrand, by dimension: of fewer a look
 #: costs smooth functions too much, or a pilot sees too little (benchmarks/smooth_cost.py).
 LOOKS_FROM = {1: 8192, 2: 6000, 3: 5000, 4: 1000, 5: 2000, 6: 2000, 7: 4000, 8: 4000}
+
+#: Fewest samples of a look.
+FEWEST_OF_LOOK = 32
 
 #: What "local" takes where no order is asked for, by dimension, else cubics; on a line it is left to the points.
 LOCAL_METHODS: dict[int, tuple[Method, ...]] = {1: (), 2: (local(8),)}
@@ -100,8 +103,8 @@ def adaptive(
         leaves = LeafEstimator(integrand, partition, learner.rng, threads)
         return lambda n: across([leaves(n) for _ in range(sets)])
 
-    rounds = AdaptiveEstimator(learner, plain(learner.region), final, sets, report)
     d = learner.region.d
+    rounds = AdaptiveEstimator(learner, plain(learner.region), final, lambda n: _look(n, d), sets, report)
     if not by_default or d > pilot.HIGHEST_DIMENSION:
         return rounds
     return AdaptiveGrid(learner, sets, threads, report)
@@ -126,11 +129,26 @@ def at_need(
     def estimate(n: int) -> Estimate:
         if isinstance(adapted, AdaptiveGrid) and n >= MANY_POINTS[d]:
             return adapted(n)
-        if sets > 1 or n < LOOKS_FROM.get(d, math.inf):
+        if sets > 1 or n < LOOKS_FROM.get(d, math.inf) or _look(n, d) < FEWEST_OF_LOOK:
             return default(n)
         return GridAtNeed(adapted, default)(n) if isinstance(adapted, AdaptiveGrid) else adapted(n)
 
     return estimate
+
+
+def _look(n: int, d: int) -> int:
+    """Samples of a first look: of many in four dimensions and more, none that replicates would miss.
+
+    Examples
+    --------
+    >>> from voroquad.integrals.methods import _look
+    >>> _look(16_384, 6), _look(16_500, 6), _look(20_000, 6)
+    (0, 116, 256)
+    """
+    if d <= pilot.HIGHEST_DIMENSION:
+        return n
+    look = look_size(n, d)
+    return look if n < MANY_POINTS.get(d, math.inf) else min(look, n % replicates.size_of_replicate(n))
 
 
 def _check_own_points(

@@ -45,6 +45,11 @@ PARTS, WORTH = 128, 0.1
 POINTS_AT_ONCE = 1 << 15
 
 
+def size_of_replicate(n: int) -> int:
+    """Points of a replicate, a power of two, of n in all."""
+    return 1 << int(math.log2(max(n // FEWEST_REPLICATES, BLOCK)))
+
+
 @dataclass(frozen=True)
 class ReplicateEstimator:
     r"""Scrambled Sobol' replicates with cross-fitted polynomials.
@@ -75,7 +80,7 @@ class _Replicates:
     def __init__(self, integrand: Integrand, n: int, rng: np.random.Generator, threads: int):
         d = integrand.d
         self.integrand, self.threads = integrand, threads
-        self.m = 1 << int(math.log2(max(n // FEWEST_REPLICATES, BLOCK)))
+        self.m = size_of_replicate(n)
         self.count = n // self.m
         half = self.count // 2
         self.groups = (range(half), range(half, self.count))
