@@ -1,18 +1,23 @@
 """Time of cell measures beside peers, on the same points in the same run.
 
-    pip install -e '.[bench]'; apt-get install voro++-dev     (and a C++ compiler; cargo for delaunator)
-    python benchmarks/cells_peers.py                          (5 minutes; peers that are not there are left out)
+    pip install -e '.[bench]'; apt-get install voro++-dev libcgal-dev     (and a C++ compiler; cargo for Rust crates)
+    python benchmarks/cells_peers.py                          (10 minutes; peers that are not there are left out)
 
 Writes benchmarks/results/cells_peers.csv: nanoseconds per point, the least of three interleaved runs, of fifteen where
 one takes less than two seconds, on one thread and of CPU time; where the number of threads is named, of wall time on a
-machine that does nothing else. SciPy's columns and delaunator are the diagram or the triangulation alone, without
-measures and without the border. All measures that a peer returns are compared with voroquad's.
+machine that does nothing else. SciPy's columns, delaunator, spade and CGAL are the diagram or the triangulation alone,
+without measures and without the border. All measures that a peer returns are compared with voroquad's.
+
+Programs in C++ are compiled with CPP_FLAGS, those in Rust with RUST_FLAGS and link-time optimization.
+`--only WORD` runs the cases whose name contains the word, and writes no file.
 """
 
 from __future__ import annotations
 
+import argparse
 import csv
 import importlib.util
+import os
 import platform
 import shutil
 import subprocess
@@ -31,6 +36,8 @@ import voroquad as vq
 HERE = Path(__file__).parent
 ROUNDS, MOST_ROUNDS = 3, 15
 SHORT = 2.0  # seconds; a program that takes less runs in all rounds
+CPP_FLAGS = ("-O3", "-march=native", "-DNDEBUG")
+RUST_FLAGS = "-C opt-level=3 -C target-cpu=native"
 PACKAGES = ("voroquad", "numpy", "scipy", "pyvoro2", "freud-analysis")
 
 Result = TypeVar("Result")
@@ -82,6 +89,11 @@ def voroquad_torus(points: np.ndarray) -> float:
     return cpu_seconds(lambda: vq.cells(points, periodic=True, threads=1).measures)
 
 
+def made(method: str) -> Program:
+    """A method of cells, on one thread."""
+    return lambda points: cpu_seconds(lambda: getattr(vq.cells(points, threads=1), method)())
+
+
 def on_threads(threads: int) -> Program:
     def run(points: np.ndarray) -> float:
         start = time.perf_counter()
@@ -115,13 +127,29 @@ def freud(points: np.ndarray) -> float:
     return seconds
 
 
-def voropp(folder: Path) -> Program | None:
-    """voro++ as a library."""
+def compiled(name: str, folder: Path, *libraries: str) -> Path | None:
+    """The program of a C++ file of this folder, if its library is installed."""
     if not shutil.which("c++"):
         return None
-    program = folder / "voropp"
-    build = ["c++", "-O3", "-std=c++17", str(HERE / "voropp.cpp"), "-o", str(program), "-lvoro++"]
-    if subprocess.run(build, check=False, capture_output=True).returncode:
+    program = folder / name
+    build = ["c++", *CPP_FLAGS, "-std=c++17", str(HERE / f"{name}.cpp"), "-o", str(program), *libraries]
+    return None if subprocess.run(build, check=False, capture_output=True).returncode else program
+
+
+def crate(name: str, program: str, folder: Path) -> Path | None:
+    """The program of a Rust package of this folder, if there is cargo."""
+    if not shutil.which("cargo"):
+        return None
+    manifest, target = HERE / name / "Cargo.toml", folder / "rust"
+    build = ["cargo", "build", "--quiet", "--release", f"--manifest-path={manifest}", f"--target-dir={target}"]
+    environment = {**os.environ, "RUSTFLAGS": RUST_FLAGS}
+    return None if subprocess.run(build, check=False, env=environment).returncode else target / "release" / program
+
+
+def voropp(folder: Path) -> Program | None:
+    """voro++ as a library."""
+    program = compiled("voropp", folder, "-lvoro++")
+    if not program:
         return None
 
     def run(points: np.ndarray) -> float:
@@ -134,22 +162,47 @@ def voropp(folder: Path) -> Program | None:
     return run
 
 
-def delaunator(folder: Path) -> Program | None:
-    """The Delaunay triangulation of the Rust crate."""
-    if not shutil.which("cargo"):
-        return None
-    manifest, target = HERE / "delaunator" / "Cargo.toml", folder / "rust"
-    build = ["cargo", "build", "--quiet", "--release", f"--manifest-path={manifest}", f"--target-dir={target}"]
-    if subprocess.run(build, check=False).returncode:
+def triangulation(name: str, folder: Path, *command: object) -> Program:
+    """A program that prints seconds and the number of triangles or tetrahedra of a file of points."""
+
+    def run(points: np.ndarray) -> float:
+        n, d = points.shape
+        source = folder / "points"
+        points.tofile(source)
+        seconds, simplices = output_of(*command, source).split()
+        # In the plane almost two for each point; in space 6.77 of uniform points away from the border
+        least, most = (1.95 * n, 2 * n) if d == 2 else (6 * n, 7 * n)
+        if not least < int(simplices) < most:
+            raise SystemExit(f"{name} made {simplices} simplices of {n} points")
+        return float(seconds)
+
+    return run
+
+
+def triangulating_crate(name: str, folder: Path) -> Program | None:
+    """Delaunay triangulation in the plane by the Rust crates delaunator and spade."""
+    program = crate(name, f"{name}-time", folder)
+    return triangulation(name, folder, program) if program else None
+
+
+def cgal(folder: Path) -> dict[int, Program]:
+    """Delaunay triangulation by CGAL, by dimension."""
+    program = compiled("cgal", folder, "-lgmp", "-lmpfr")
+    return {d: triangulation("CGAL", folder, program, d) for d in (2, 3)} if program else {}
+
+
+def meshless_voronoi(folder: Path) -> Program | None:
+    """Volumes by the Rust crate."""
+    program = crate("meshless_voronoi", "meshless-time", folder)
+    if not program:
         return None
 
     def run(points: np.ndarray) -> float:
-        source = folder / "points"
+        source, target = folder / "points", folder / "volumes"
         points.tofile(source)
-        seconds, triangles = output_of(target / "release" / "delaunator-time", source).split()
-        if not 1.95 * len(points) < int(triangles) < 2 * len(points):
-            raise SystemExit(f"delaunator made {triangles} triangles of {len(points)} points")
-        return float(seconds)
+        seconds = float(output_of(program, source, target))
+        agree(np.fromfile(target), points)
+        return seconds
 
     return run
 
@@ -163,6 +216,7 @@ def output_of(*command: object) -> str:
 
 def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]]]:
     """Names, points and programs; the first program is what the others are compared with."""
+    by_cgal = cgal(folder)
     alone: dict[str, Program | None] = {"voroquad": voroquad}
     beside_uniform: dict[str, Program | None] = {
         "voroquad": voroquad,
@@ -178,9 +232,21 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         "voroquad": voroquad,
         "scipy Voronoi": lambda x: cpu_seconds(lambda: Voronoi(x)),
         "scipy Delaunay": lambda x: cpu_seconds(lambda: Delaunay(x)),
-        "delaunator": delaunator(folder),
+        "delaunator": triangulating_crate("delaunator", folder),
+        "spade": triangulating_crate("spade", folder),
+        "CGAL Delaunay": by_cgal.get(2),
     }
-    in_space: dict[str, Program | None] = {"voroquad": voroquad, "voro++": voropp(folder), "pyvoro2": pyvoro}
+    in_space: dict[str, Program | None] = {
+        "voroquad": voroquad,
+        "voro++": voropp(folder),
+        "meshless_voronoi": meshless_voronoi(folder),
+        "CGAL Delaunay": by_cgal.get(3),
+        "pyvoro2": pyvoro,
+    }
+    structure = {
+        2: {"measures": voroquad, "polygons()": made("polygons"), "neighbours()": made("neighbours")},
+        3: {"measures": voroquad, "polyhedra()": made("polyhedra"), "neighbours()": made("neighbours")},
+    }
     on_a_line: dict[str, Program | None] = {
         "voroquad": voroquad,
         "numpy sort": lambda x: cpu_seconds(lambda: np.sort(x[:, 0])),
@@ -201,6 +267,8 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         ("3-D uniform", uniform(10**5, 3), in_space),
         ("3-D uniform", uniform(10**6, 3), alone),
         ("3-D uniform", uniform(10**5, 3), threads),
+        ("2-D structure", uniform(10**5, 2), dict(structure[2])),
+        ("3-D structure", uniform(10**5, 3), dict(structure[3])),
         ("3-D uniform, torus", uniform(10**5, 3), torus),
         ("3-D Gaussian, sigma 1e-4", gaussian(10**5, 3), alone),
         ("3-D Cantor set", cantor(10**5, 3), alone),
@@ -217,9 +285,14 @@ def machine() -> str:
 
 
 def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--only", default="", help="cases whose name contains this; writes no file")
+    only = parser.parse_args().only
     rows: list[list[object]] = []
     with tempfile.TemporaryDirectory() as folder:
         for name, points, programs in cases(Path(folder)):
+            if only not in name:
+                continue
             present = {program: run for program, run in programs.items() if run}
             least = dict.fromkeys(present, np.inf)
             for k in range(MOST_ROUNDS):
@@ -231,7 +304,8 @@ def main() -> None:
                 ratio = seconds / next(iter(least.values()))
                 rows.append([name, n, program, f"{1e9 * seconds / n:.0f}", f"{ratio:.2f}"])
                 print(*rows[-1], sep=", ", flush=True)
-            write(rows)
+            if not only:
+                write(rows)
 
 
 def write(rows: list[list[object]]) -> None:
