@@ -173,6 +173,27 @@ def test_a_look_that_sees_only_zeros_adapts():
     assert vq.quad(far, [0] * 4, [1] * 4, n_points=1000, rng=1).adaptation.adapted
     assert concentration(np.zeros((2, 5))) == 0
     assert concentration(np.array([[0.0, 0, 0, 0], [1, 1, 1, 0]])) == pytest.approx(0.75)
+    assert concentration(np.array([[0.0, 0, 0, 1], [1, 1, 1, 0]])) == pytest.approx(0.75)
+
+
+@pytest.mark.parametrize(("d", "n"), [(2, 8192), (4, 1000)])
+def test_a_peak_beside_a_smooth_component_does_not_adapt(d, n):
+    """Two peaks do; what suits them costs a smooth component of the same integrand its digits."""
+    narrow = peak(d, 0.004 if d == 2 else 0.03)
+
+    def both(x):
+        return np.stack([narrow(x), narrow(x) * x[0]])
+
+    def mixed(x):
+        return np.stack([narrow(x), smooth(d)(x)])
+
+    def found(f):
+        return vq.quad(f, [0] * d, [1] * d, n_points=n, rng=1)
+
+    assert found(both).adaptation.adapted
+    beside, alone = found(mixed), found(smooth(d))
+    assert not beside.adaptation.adapted
+    assert beside.standard_error[1] < 3 * alone.standard_error
 
 
 def test_measures_that_are_turned_are_not_adapted_to():

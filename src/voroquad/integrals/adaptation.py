@@ -59,8 +59,8 @@ class Adaptation:
     low, high : ndarray, (leaves, d)
         Corners of the boxes that have samples of their own, in the unit box behind the map.
     concentration : float
-        Part of the samples of the first round that the integral rests on, (Σ\|f\|)² / (n Σ f²), the least of all
-        components.
+        Part of the samples of the first round that the integral rests on, (Σ\|f\|)² / (n Σ f²), the largest of all
+        components: what suits a peak costs a smooth component of the same integrand its digits.
     n_pilot : int
         Evaluations of the pilot.
     """
@@ -303,8 +303,8 @@ def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region | None:
 
 
 def concentration(values: Array) -> float:
-    """(Σ|f|)² / (n Σ f²), the least of all components (fields, n) that are not 0; of all 0, 0."""
+    """(Σ|f|)² / (n Σ f²), the largest of all components (fields, n); of all 0, 0."""
     sizes = np.abs(np.nan_to_num(scaled(values, axis=1)))
     squares = np.square(sizes).sum(axis=1)
     parts = sizes.sum(axis=1)[squares > 0] ** 2 / (values.shape[1] * squares[squares > 0])
-    return float(parts.min()) if len(parts) else 0.0
+    return float(parts.max()) if len(parts) else 0.0

@@ -132,10 +132,10 @@ def rough(coarse: PilotRun) -> bool:
 def rougher(grid: PilotRun, bound: float) -> bool:
     """Whether the error that a grid leads to expect is more than that times the mean size of its values.
 
-    It is so for one of the components, or all values are 0.
+    It must be so for each of the components that are not 0.
     """
     size = grid.mean_size()
-    return bool((grid.difficulty() > bound * size).any() or not size.any())
+    return bool(((grid.difficulty() > bound * size) | (size == 0)).all())
 
 
 def _with(n: int, found: Estimate) -> Estimate:

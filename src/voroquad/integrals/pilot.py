@@ -132,13 +132,13 @@ class PilotRun:
         return np.ldexp(np.array(sums) / self.cells, self.power)
 
     def concentration(self) -> float:
-        r"""(Σ\|f\|)² / (cells Σ f²) over the grid, the least of all components that are not 0; of all 0, 0."""
+        r"""(Σ\|f\|)² / (cells Σ f²) over the grid, the largest of all components; of all 0, 0."""
         found = []
         for parts in self._parts():
             square = sum(float(part @ part) for part in parts)
             if square > 0:
                 found.append(sum(float(np.abs(part).sum()) for part in parts) ** 2 / (self.cells * square))
-        return min(found, default=0.0)
+        return max(found, default=0.0)
 
     def _parts(self) -> list[list[Array]]:
         """The values of each component, in units, in parts that are no burden to memory; 0 where not finite."""
