@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import importlib.util
 import re
 from xml.etree import ElementTree
 
@@ -45,6 +46,28 @@ def test_tables_say_what_counts_without_colours(shown, expected):
     assert expected.items() <= found.items()
     assert len(text) < 4000
     assert not re.search(r"color|background|#[0-9a-f]{3}", text)
+
+
+def every_subclass(kind: type) -> set[type]:
+    return {kind}.union(*map(every_subclass, kind.__subclasses__()))
+
+
+def test_cells_of_every_class_are_shown():
+    half, vectors = [[0.5, 0.5]], [(1.0, 0.5), (0.0, 2.0)]
+    shown = [
+        (vq.cells(half), "bounds", "[0, 1] × [0, 1]"),
+        (vq.cells(half, domain=[(0, 0), (2, 0), (0, 2)]), "bounds", "[0, 2] × [0, 2]"),
+        (vq.cells(half, domain="ball"), "bounds", "[0, 1] × [0, 1]"),
+        (vq.cells(half, cell=vectors), "lattice", "(1, 0.5), (0, 2)"),
+        (vq.cells([[half[0], half[0]]], cell=vectors), "lattice", "(1, 0.5), (0, 2)"),
+        (vq.cells([0.5], cell=[[-2.0]]), "lattice", "(-2)"),
+    ]
+    if importlib.util.find_spec("shapely"):
+        region = vq.Polygon([(0, 0), (2, 0), (2, 1), (0, 1)])
+        shown.append((vq.cells(half, domain=region), "bounds", "[0, 2] × [0, 1]"))
+        assert {type(cells) for cells, _, _ in shown} == every_subclass(vq.Cells)
+    for cells, name, where in shown:
+        assert cells_of(cells._repr_html_())[name] == where
 
 
 def test_cells_show_their_measures_once_they_are_known():

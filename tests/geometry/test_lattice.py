@@ -156,6 +156,45 @@ def test_on_a_line_is_a_circle():
     np.testing.assert_allclose(vq.cells([0.5, 6.0], cell=[[-4.0]]).measures, [2, 2])
 
 
+@pytest.mark.parametrize("period", [2.0, -2.0])
+def test_on_a_line_shifts_are_in_periods_of_the_vector(period):
+    points = np.array([0.1, -0.5, 3.0])
+    cells = vq.cells(points, cell=[[period]])
+    near = cells.neighbours()
+    home = cells.points[:, 0]
+    way = home[near.indices] + near.shifts[:, 0] * period - home[near.rows]
+    np.testing.assert_allclose(np.abs(way), near.distances)
+    entries = list(zip(near.rows, near.indices, near.shifts[:, 0], strict=True))
+    assert entries == sorted(entries)
+    np.testing.assert_array_equal(cells.lattice, [[period]])
+    np.testing.assert_array_equal(cells.locate(points - 6), [0, 1, 2])
+    assert vq.cells(points.reshape(3, 1, 1), cell=[[period]]).measures.tolist() == [[2.0]] * 3
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("far", [1e17, -1e300, np.inf, np.nan])
+def test_refuses_points_without_digits(d, far):
+    points = np.full((3, d), 0.25)
+    points[1, 0] = far
+    what = r"\[1\] .*is more than 4.4e\+12 periods" if np.isfinite(far) else r"\[1\] is not finite; drop it"
+    with pytest.raises(ValueError, match="points" + what):
+        vq.cells(points, cell=np.eye(d))
+    with pytest.raises(ValueError, match="x" + what):
+        vq.cells(points[:1], cell=np.eye(d)).locate(points)
+    with pytest.raises(ValueError, match=r"points\[\(0, 1\)\]"):
+        vq.cells(points[None], cell=np.eye(d))
+
+
+def test_distant_points_keep_their_digits():
+    points = np.array([[0.25, 0.5], [0.75, 0.5]])
+    away = points + np.array([2.0**42 - 1, 0])
+    np.testing.assert_array_equal(vq.cells(away, cell=np.eye(2)).points, points)
+    single = (points + np.array([2.0**13 - 1, 0])).astype(np.float32)
+    np.testing.assert_array_equal(vq.cells(single, cell=np.eye(2)).points, points)
+    with pytest.raises(ValueError, match=r"points\[0\] .*8.19e\+03 periods"):
+        vq.cells(single + np.float32(2), cell=np.eye(2))
+
+
 def test_of_batches_are_the_measures():
     batch = np.random.default_rng(1).random((3, 10, 2))
     vectors = [(1, 0.2), (0.4, 1)]

@@ -158,9 +158,52 @@ def test_neighbours_of_any_set(case):
         assert near.border.sum() == pytest.approx(case.arguments["domain"].length, rel=1e-9)
 
 
+@pytest.mark.parametrize(
+    ("domain", "message"),
+    [
+        ({"type": "Feature", "geometry": None}, "domain has no geometry that is not null"),
+        ({"type": "FeatureCollection", "features": []}, "domain has no geometry that is not null"),
+        ({"type": "Foo"}, "domain of type 'Foo' is no valid GeoJSON"),
+        ({"type": "Polygon"}, "domain of type 'Polygon' is no valid GeoJSON"),
+        ({"type": "Polygon", "coordinates": [[1, 2], [3]]}, "domain of type 'Polygon' is no valid GeoJSON"),
+        ({"type": "FeatureCollection", "features": [1]}, "domain of type 'FeatureCollection' is no valid GeoJSON"),
+        (
+            {"type": "GeometryCollection", "geometries": [shapely.Polygon([(0, 0), (1, 1), (0, 1), (1, 0)]), BAY]},
+            r"domain is not valid: Self-intersection\[0.5 0.5\]",
+        ),
+    ],
+)
+def test_refuses_what_is_no_geojson(domain, message):
+    if "geometries" in domain:
+        domain = domain | {"geometries": [part.__geo_interface__ for part in domain["geometries"]]}
+    with pytest.raises(ValueError, match=message) as error:
+        vq.cells([[0.5, 0.5]], domain=domain)
+    assert "\n" not in str(error.value)
+
+
+def test_null_geometries_are_dropped():
+    square = shapely.box(0, 0, 2, 1).__geo_interface__
+    features = [{"type": "Feature", "geometry": part, "properties": {}} for part in (None, square)]
+    for domain in (
+        {"type": "FeatureCollection", "features": features},
+        {"type": "GeometryCollection", "geometries": [None, square]},
+    ):
+        assert vq.cells([[0.5, 0.5]], domain=domain).measures.tolist() == [2.0]
+
+
+def test_locates_places_of_the_domain_only():
+    cells = vq.cells([[0.1, 0.1], [0.9, 0.1]], domain=BAY)
+    np.testing.assert_array_equal(cells.locate([[0.4, 0.25], [1 + 1e-16, 0.5], [0.0, 1.0]]), [0, 1, 0])
+    np.testing.assert_array_equal(cells.locate(np.float32([[0.4, 0.25]])), [0])
+    for outside in ([0.3, 0.25], [0.5, 0.9], [1.1, 0.5], [np.nan, 0.5]):  # in the hole, in the bay
+        with pytest.raises(ValueError, match=r"x\[1\] = \[.*\] is outside the polygon; drop it"):
+            cells.locate([[0.1, 0.1], outside])
+
+
 @pytest.mark.parametrize("what", ["polygons", "triangulation", "polygon_arrays"])
 def test_refuses_what_pieces_have_not(what):
-    with pytest.raises(ValueError, match="cells in a polygon may consist of several pieces and have no"):
+    name = what.removesuffix("_arrays").removesuffix("s")
+    with pytest.raises(ValueError, match=f"several pieces and have no {name}s?; use geometries\\(\\), or for a convex"):
         getattr(vq.cells([[0.1, 0.1]], domain=BAY), what)()
 
 

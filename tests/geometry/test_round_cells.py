@@ -63,9 +63,27 @@ def test_refuses_the_line():
         vq.cells([0.5], domain="ball")
 
 
-@pytest.mark.parametrize("what", ["centroids", "polygons", "neighbours", "triangulation"])
+@pytest.mark.parametrize("what", ["centroids", "polygons", "neighbours", "triangulation", "geometries"])
 def test_refuses_what_curved_cells_have_not(what):
     cells = vq.cells([[0.5, 0.5]], domain="ball")
-    with pytest.raises(ValueError, match="cells in a ball have measures but no"):
+    with pytest.raises(ValueError, match=f"cells in a ball have measures but no {what}"):
         found = getattr(cells, what)
         found()
+
+
+def test_cells_in_a_ball_have_no_corners():
+    with pytest.raises(ValueError, match=r"cells in a ball have measures but no geometries, .* no corners"):
+        vq.cells([[0.5, 0.5, 0.5]], domain="ball").geometries()
+
+
+@pytest.mark.parametrize(("shape", "d"), [("ball", 2), ("ball", 3), ("cylinder", 3)])
+def test_locates_places_of_the_domain_only(shape, d):
+    rim, beyond = np.full(d, 1.0), np.full(d, 1.0)
+    rim[:2], beyond[:2] = (1.0 + 0.6, 1.0 + 0.8), (1.7, 1.8)
+    cells = vq.cells([np.full(d, 1.0), np.full(d, 1.1)], bounds=(0, 2), domain=shape)
+    np.testing.assert_array_equal(cells.locate([rim, np.full(d, 1.0)]), [1, 0])
+    assert cells.locate(rim.astype(np.float32)) == 1
+    with pytest.raises(ValueError, match=rf"x\[1\] = \[1.7, 1.8.*\] is outside the {shape}; drop it"):
+        cells.locate([rim, beyond])
+    with pytest.raises(ValueError, match=r"x\[0\] = \[nan"):
+        cells.locate(np.full(d, np.nan))

@@ -13,7 +13,7 @@ from .bounds import Bounds, Periodic
 from .convex import from_half_spaces, from_vertices
 from .diagram import Cells
 from .lattice import Lattice
-from .lattice_cells import LatticeCells
+from .lattice_cells import LatticeCells, LineCells
 from .regions import RegionCells, is_region, region_of
 from .round_cells import RoundCells
 
@@ -52,7 +52,7 @@ def cells(
           `measures` and `locate`, those of a disc also `plot`.
     cell : array_like, (d, d), optional
         Lattice vectors, one in each row, that repeat the points: the cells of a triclinic crystal. Points may lie
-        anywhere. The vectors need not be reduced.
+        anywhere within 2⁴² periods of the origin, in single precision within 2¹³. The vectors need not be reduced.
     threads : int, optional
         Number of threads; by default all processors, or what the environment variable
         VOROQUAD_NUM_THREADS says. The result does not depend on it.
@@ -109,12 +109,12 @@ def cells(
         box = Bounds(d, bounds, periodic)
         return Cells(_own(box.to_core(points), array), box, thread_count(threads))
     if cell is not None:
-        _refuse_with("cell", bounds=bounds, domain=domain, periodic=periodic)
+        refuse_with("cell", bounds=bounds is not None, domain=domain is not None, periodic=np.any(periodic))
         return _of_lattice(points, d, Lattice(cell), thread_count(threads))
     if isinstance(domain, str):
         one_of("domain", domain, ("ball", "cylinder"))
         return RoundCells(points, Bounds(d, bounds, periodic), domain, thread_count(threads))
-    _refuse_with("domain", bounds=bounds, periodic=periodic)
+    refuse_with("domain", bounds=bounds is not None, periodic=np.any(periodic))
     if is_region(domain):
         return RegionCells(points, region_of(domain), thread_count(threads))
     is_pair = isinstance(domain, tuple) and len(domain) == 2 and np.ndim(domain[0]) == 2
@@ -130,14 +130,11 @@ def _own(inside: Array, given: Array) -> Array:
 def _of_lattice(points: ArrayLike, d: int, lattice: Lattice, threads: int) -> Cells:
     if lattice.d != d:
         raise ValueError(f"cell has {lattice.d} lattice vectors, the points have d = {d}")
-    if d > 1:
-        return LatticeCells(points, lattice, threads)
-    period = abs(float(lattice.vectors[0, 0]))
-    return cells(np.mod(np.asarray(points), period), bounds=(0, period), periodic=True, threads=threads)
+    return LatticeCells(points, lattice, threads) if d > 1 else LineCells(points, lattice, threads)
 
 
-def _refuse_with(name: str, *, bounds: Any, periodic: Any, domain: Any = None) -> None:
-    given = {"bounds": bounds is not None, "domain": domain is not None, "periodic": np.any(periodic)}
-    for other, is_given in given.items():
+def refuse_with(name: str, **others: bool | np.bool_) -> None:
+    """Raise ValueError if, beside the argument `name`, others are given that say where cells end."""
+    for other, is_given in others.items():
         if is_given:
             raise ValueError(f"{name}= says where cells end; leave out {other}=")

@@ -44,12 +44,15 @@ class Cells:
 
     def _repr_html_(self) -> str:
         *sets, n, d = self._points.shape
-        sides = " × ".join(f"[{low:g}, {high:g}]" for low, high in self.bounds)
         measures = self._measures
         known = [] if measures is None else [("measures", f"{measures.min():.4g} to {measures.max():.4g}")]
         batch = [("sets", sets[0])] if sets else []
-        rows = [*batch, ("cells", n), ("dimension", d), ("bounds", sides), ("periodic", self.periodic), *known]
+        rows = [*batch, ("cells", n), ("dimension", d), self._extent_row(), ("periodic", self.periodic), *known]
         return table(type(self).__name__, rows)
+
+    def _extent_row(self) -> tuple[str, str]:
+        """What a notebook shows of where cells end."""
+        return "bounds", " × ".join(f"[{low:g}, {high:g}]" for low, high in self.bounds)
 
     @property
     def points(self) -> Array:
@@ -115,6 +118,7 @@ class Cells:
             import shapely
         except ImportError as error:
             raise ImportError(f"geometries needs Shapely; {install_hint('geo')}") from error
+        self._one_set("geometries", 2)
         polygons = Cells.polygon_arrays(self)
         # A cell of fewer than three corners has no area, and Shapely's rings are closed
         each = (polygons[i] for i in range(len(polygons)))
@@ -152,12 +156,17 @@ class Cells:
         Parameters
         ----------
         x : array_like, (m, d), (d,) for one place, or (m,) if d = 1
-            Places of the domain.
+            Places of the domain; on a lattice anywhere.
 
         Returns
         -------
         ndarray of int, (m,)
             Indices. If several points are equally near within rounding, the lowest index. Shape () for one place.
+
+        Raises
+        ------
+        ValueError
+            A place is not finite or outside the domain, or the shape is wrong.
 
         Examples
         --------

@@ -10,11 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from .._support.arrays import Array, Integers
-from .._support.checks import real_numbers
+from .._support.checks import point_array, real_numbers
 from .._support.products import rows_times
+from .bounds import type_of
 
 #: The longest reduced vector over the smallest distance of opposite faces, at most: beyond, images are too many
 MOST_SLENDER = 1e3
+#: How many periods from the origin a place may lie, times the epsilon of its type: about three digits are left there
+FARTHEST = 2.0**-10
 
 
 @dataclass(frozen=True, eq=False)
@@ -95,6 +98,24 @@ class Lattice:
         L. Babai, On Lovász' lattice reduction and the nearest lattice point problem, Combinatorica 6 (1986).
         """
         return float(0.5 * np.linalg.norm(np.diag(np.linalg.qr(self.reduced.T)[1])))
+
+    def read(self, name: str, places: ArrayLike) -> Array:
+        """Places (n, d) or (sets, n, d); ValueError for those not finite or too far away to have digits in a period."""
+        given = point_array(places, name=name)
+        with np.errstate(over="ignore", invalid="ignore"):
+            periods = np.abs(rows_times(given, self._inverse)).max(axis=-1)
+        most = FARTHEST / float(np.finfo(type_of(places)).eps)
+        wrong = np.argwhere(~(periods <= most))
+        if not len(wrong):
+            return given
+        first = tuple(wrong[0].tolist())
+        it = f"{name}[{first[0] if len(first) == 1 else first}]"
+        if not np.isfinite(given[first]).all():
+            raise ValueError(f"{it} is not finite; drop it")
+        raise ValueError(
+            f"{it} = {given[first].tolist()} is more than {most:.3g} periods of the lattice from the origin, where "
+            "rounding leaves less than three digits; give an image nearer to the origin"
+        )
 
     def wrapped(self, places: Array) -> Array:
         """The images (m, d) of places (m, d) in the cell of the reduced vectors at the origin."""

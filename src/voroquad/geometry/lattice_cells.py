@@ -8,7 +8,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from .._support.arrays import Array, Integers
-from .._support.checks import point_array
 from .bounds import Bounds
 from .diagram import Cells
 from .lattice import Images, Lattice
@@ -25,12 +24,7 @@ class LatticeCells(Cells):
     """
 
     def __init__(self, points: ArrayLike, lattice: Lattice, threads: int):
-        given = point_array(points)
-        finite = np.isfinite(given).all(axis=-1)
-        if not finite.all():
-            first = tuple(np.argwhere(~finite)[0].tolist())
-            raise ValueError(f"points[{first[0] if len(first) == 1 else first}] is not finite; drop it")
-        home = lattice.wrapped(given)
+        home = lattice.wrapped(lattice.read("points", points))
         low, high = home.reshape(-1, lattice.d).min(axis=0), home.reshape(-1, lattice.d).max(axis=0)
         margin = np.linalg.norm(lattice.reduced, axis=1).sum()
         super().__init__(home, Bounds(lattice.d, np.stack([low - margin, high + margin], axis=-1)), threads)
@@ -57,6 +51,9 @@ class LatticeCells(Cells):
         """True."""
         return True
 
+    def _extent_row(self) -> tuple[str, str]:
+        return "lattice", _shown(self.lattice)
+
     def _measure(self) -> Array:
         if self._points.ndim == 3:
             each = [LatticeCells(points, self._lattice, self._threads).measures for points in self._points]
@@ -77,9 +74,7 @@ class LatticeCells(Cells):
         return cells.polyhedron_arrays().take(images.home)
 
     def _locate(self, places: NDArray[Any]) -> NDArray[Any]:
-        given = np.asarray(places, dtype=np.float64)
-        if not np.isfinite(given).all():
-            raise ValueError("x has places that are not finite; drop them")
+        given = self._lattice.read("x", places)
         images, cells = self._around
         return images.point[cells.locate(self._lattice.wrapped(given))]
 
@@ -134,6 +129,43 @@ class LatticeCells(Cells):
         low, high = images.places.min(axis=0) - margin, images.places.max(axis=0) + margin
         box = Bounds(self._lattice.d, np.stack([low, high], axis=-1))
         return Cells(box.to_core(images.places), box, self._threads)
+
+
+class LineCells(Cells):
+    """Cells of points on a line that one vector repeats: those of a circle, with shifts in periods of the vector."""
+
+    def __init__(self, points: ArrayLike, lattice: Lattice, threads: int):
+        self._lattice = lattice
+        self._period = abs(float(lattice.vectors[0, 0]))
+        circle = Bounds(1, (0.0, self._period), True)
+        super().__init__(circle.to_core(self._wrapped("points", points)), circle, threads)
+
+    @property
+    def lattice(self) -> Array:
+        """The lattice vector (1, 1) as given."""
+        return self._lattice.vectors.copy()
+
+    def _extent_row(self) -> tuple[str, str]:
+        return "lattice", _shown(self.lattice)
+
+    def _locate(self, places: NDArray[Any]) -> NDArray[Any]:
+        return super()._locate(self._wrapped("x", places))
+
+    def _find_neighbours(self) -> Neighbours:
+        found = super()._find_neighbours()
+        if self._lattice.vectors[0, 0] > 0:
+            return found
+        shifts = -found.shifts
+        order = np.lexsort([shifts[:, 0], found.indices, found.rows])
+        kept = found.indices[order], found.measures[order], found.distances[order], shifts[order]
+        return Neighbours(found.indptr, *kept, found.border)
+
+    def _wrapped(self, name: str, places: ArrayLike) -> Array:
+        return np.asarray(np.mod(self._lattice.read(name, places), self._period))
+
+
+def _shown(vectors: Array) -> str:
+    return ", ".join("(" + ", ".join(f"{x:g}" for x in vector) + ")" for vector in vectors)
 
 
 def _leading(shifts: Integers) -> Integers:

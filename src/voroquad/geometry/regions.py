@@ -15,6 +15,7 @@ from .bounds import Bounds, type_of
 from .diagram import Cells
 from .neighbours import Neighbours
 from .shapes import Polygons
+from .triangulation import Triangulation
 
 if TYPE_CHECKING:
     import shapely
@@ -36,20 +37,45 @@ def region_of(domain: Any) -> Region:
     """A polygon or multipolygon from anything with ``__geo_interface__``; the union of a collection's."""
     try:
         import shapely
-        from shapely.geometry import shape
     except ImportError as error:
         raise ImportError(f"polygons as domains need Shapely; {install_hint('geo')}") from error
     if isinstance(domain, shapely.Geometry):
         region = cast("Region", domain)
     else:
-        given = domain if isinstance(domain, dict) else domain.__geo_interface__
-        parts = given["features"] if given["type"] == "FeatureCollection" else [given]
-        region = cast("Region", shapely.union_all([shape(part.get("geometry", part)) for part in parts]))
-    if not region.is_valid:
-        raise ValueError(f"domain is not valid: {shapely.is_valid_reason(region)}; shapely.make_valid repairs it")
+        shapes = _shapes(domain)
+        for part in shapes:
+            _refuse_invalid(part)
+        region = cast("Region", shapely.union_all(shapes))
+    _refuse_invalid(region)
     if region.geom_type not in ("Polygon", "MultiPolygon") or region.area == 0:
         raise ValueError(f"domain is a {region.geom_type} of area {region.area:g}; give a polygon or a multipolygon")
     return region
+
+
+def _refuse_invalid(geometry: shapely.Geometry) -> None:
+    import shapely
+
+    if not shapely.is_valid(geometry):
+        raise ValueError(f"domain is not valid: {shapely.is_valid_reason(geometry)}; shapely.make_valid repairs it")
+
+
+def _shapes(domain: Any) -> list[shapely.Geometry]:
+    """The geometries of a GeoJSON object or anything with ``__geo_interface__``, without those that are null."""
+    import shapely
+    from shapely.geometry import shape
+
+    try:
+        given = domain if isinstance(domain, dict) else domain.__geo_interface__
+        members = {"FeatureCollection": "features", "GeometryCollection": "geometries"}.get(given["type"])
+        parts = [part for part in (given[members] if members else [given]) if part is not None]
+        geometries = [part.get("geometry", part) for part in parts]  # of features
+        shapes: list[shapely.Geometry] = [shape(geometry) for geometry in geometries if geometry is not None]
+    except (AttributeError, IndexError, KeyError, TypeError, ValueError, shapely.errors.ShapelyError) as error:
+        kind = domain.get("type") if isinstance(domain, dict) else type(domain).__name__
+        raise ValueError(f"domain of type {kind!r} is no valid GeoJSON; give a polygon or a multipolygon") from error
+    if not shapes:
+        raise ValueError("domain has no geometry that is not null; give a polygon or a multipolygon")
+    return shapes
 
 
 class RegionCells(Cells):
@@ -67,7 +93,7 @@ class RegionCells(Cells):
         west, south, east, north = region.bounds
         box = Bounds(2, [(west, east), (south, north)])
         shapely.prepare(region)
-        inside = _drawn_in(given, region, float(np.finfo(type_of(points)).eps))
+        inside = _drawn_in(given, region, type_of(points))
         super().__init__(box.to_core(np.clip(inside, *box.sides.T)), box, threads)
         self._region = region
         self._pieces: NDArray[np.object_] | None = None
@@ -106,6 +132,14 @@ class RegionCells(Cells):
         """Raises ValueError, since cells may consist of several pieces."""
         self._refuse("polygons")
 
+    def triangulation(self) -> Triangulation:
+        """Raises ValueError, since cells may consist of several pieces."""
+        self._refuse("triangulation")
+
+    def _locate(self, places: NDArray[Any]) -> NDArray[Any]:
+        inside = _drawn_in(point_array(places, name="x"), self._region, type_of(places), "x")
+        return super()._locate(np.clip(inside, *self._bounds.sides.T))
+
     def _outlines(self) -> Iterable[list[Array]]:
         import shapely
 
@@ -143,16 +177,17 @@ class RegionCells(Cells):
 
     def _refuse(self, what: str) -> NoReturn:
         raise ValueError(
-            f"cells in a polygon may consist of several pieces and have no {what}; use geometries(), or or for a "
+            f"cells in a polygon may consist of several pieces and have no {what}; use geometries(), or for a "
             "convex polygon give its vertices (k, 2)"
         )
 
 
-def _drawn_in(points: Array, region: Region, epsilon: float) -> Array:
+def _drawn_in(points: Array, region: Region, dtype: np.dtype[Any], name: str = "points") -> Array:
     """Points (..., 2), with those that rounding has put outside the polygon on its border; others are refused."""
     import shapely
 
     inside = points.reshape(-1, 2).copy()
+    epsilon = float(np.finfo(dtype).eps)
     outside = np.flatnonzero(~shapely.intersects_xy(region, *inside.T))
     far: NDArray[np.bool_] = np.asarray(~np.isfinite(inside[outside]).all(axis=1))
     towards = shapely.shortest_line(region, shapely.points(np.where(far[:, None], 0.0, inside[outside])))
@@ -160,7 +195,7 @@ def _drawn_in(points: Array, region: Region, epsilon: float) -> Array:
     if far.any():
         first = np.unravel_index(outside[far.argmax()], points.shape[:-1])
         index = int(first[0]) if len(first) == 1 else tuple(map(int, first))
-        raise ValueError(f"points[{index}] = {points[first].tolist()} is outside the polygon; drop it")
+        raise ValueError(f"{name}[{index}] = {points[first].tolist()} is outside the polygon; drop it")
     inside[outside] = shapely.get_coordinates(shapely.get_point(towards, 0))
     return inside.reshape(points.shape)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from typing import NoReturn
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,7 @@ from .bounds import Bounds, type_of
 from .diagram import Cells
 from .neighbours import Neighbours
 from .shapes import Polygons, Polyhedra
+from .triangulation import Triangulation
 
 #: By how much the sides of the box around a circle may differ, relatively
 ROUND = 1e-12
@@ -38,19 +39,23 @@ class RoundCells(Cells):
             raise ValueError(f"bounds {sides.tolist()}: a {shape} touches its box, so that these sides must be equal")
         if box.periodic[:axes].any():
             raise ValueError(f"periodic {box.periodic.tolist()}: axes across a {shape} are not periodic")
-        self._shape = shape
+        self._shape, self._axes = shape, axes
         self._centre, self._radius = sides.mean(axis=1), float(length.max() / 2)
-        given = point_array(points)
-        distance = np.linalg.norm(given[..., :axes] - self._centre, axis=-1)
-        slack = max(ROUND * self._radius, 2 * float(np.finfo(type_of(points)).eps * np.abs(sides).max()))
+        super().__init__(box.to_core(self._inside("points", points, sides)), box, threads)
+
+    def _inside(self, name: str, places: ArrayLike, sides: Array) -> NDArray[Any]:
+        """Places in their own type, those that rounding has put outside the box in it; ValueError for others."""
+        given = point_array(places, name=name)
+        distance = np.linalg.norm(given[..., : self._axes] - self._centre, axis=-1)
+        slack = max(ROUND * self._radius, 2 * float(np.finfo(type_of(places)).eps * np.abs(sides).max()))
         outside = np.argwhere(~(distance <= self._radius + slack))
         if len(outside):
             first = tuple(outside[0].tolist())
             index = first[0] if len(first) == 1 else first
-            raise ValueError(f"points[{index}] = {given[first].tolist()} is outside the {shape}; drop it")
-        inside = np.array(points, copy=True)
-        inside[..., :axes] = np.clip(inside[..., :axes], *sides.T)
-        super().__init__(box.to_core(inside), box, threads)
+            raise ValueError(f"{name}[{index}] = {given[first].tolist()} is outside the {self._shape}; drop it")
+        inside = np.array(places, copy=True)
+        inside[..., : self._axes] = np.clip(inside[..., : self._axes], *sides.T)
+        return inside
 
     def _measure(self) -> Array:
         batch = self._points if self._points.ndim == 3 else self._points[None]
@@ -76,6 +81,17 @@ class RoundCells(Cells):
 
     def _rim(self) -> tuple[Array, float]:
         return self._centre, self._radius
+
+    def _locate(self, places: NDArray[Any]) -> NDArray[Any]:
+        return super()._locate(self._inside("x", places, self._bounds.sides[: self._axes]))
+
+    def geometries(self) -> NDArray[np.object_]:
+        """Raises ValueError, since curved borders have no corners."""
+        self._refuse("geometries, since their borders are curved and have no corners")
+
+    def triangulation(self) -> Triangulation:
+        """Raises ValueError, since the corners of cells are not known."""
+        self._refuse("triangulation")
 
     def _find_centroids(self) -> Array:
         self._refuse("centroids")
