@@ -159,3 +159,12 @@ def test_a_stratum_that_holds_two_points_is_found():
         vq.weights([0.5, 0.7], bounds=(0, 4), periodic=True, design="stratified", debias="auto")
     with pytest.raises(ValueError, match="each of the 2 strata must hold one point"):
         vq.weights([-3.5, 0.7], cell=[[4]], design="stratified", debias="auto")
+
+
+def test_sample_sets_of_few_points_are_not_transposed():
+    few = vq.sample("uniform", n=2, d=3, rng=1)
+    np.testing.assert_array_equal(vq.weights(few, periodic=True), vq.cells(few.points, periodic=True).measures)
+    strata = vq.sample("stratified", n=1, d=2, rng=1)
+    assert vq.weights(strata, periodic=True).tolist() == [1.0]
+    with pytest.raises(ValueError, match="cell has 3 lattice vectors, the points have d = 2"):
+        vq.weights([[0.1, 0.2], [0.3, 0.4]], cell=np.eye(3), design="uniform")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sized
 from typing import Any
 
 import numpy as np
@@ -11,7 +12,7 @@ from .. import _core
 from .._support.arrays import Array
 from .._support.checks import one_of, real_numbers, thread_count
 from .bounds import Bounds, Periodic, type_of
-from .cells import cells
+from .cells import cells, refuse_with
 from .k_space import (
     UNITS,
     Trajectory,
@@ -20,7 +21,6 @@ from .k_space import (
     read_trajectory,
     refuse_uncovered,
     rim_of,
-    spanned_axes,
 )
 from .regions import is_region, region_of
 
@@ -43,16 +43,17 @@ def density_compensation(
     ----------
     trajectory : array_like, (shots, samples, d) or (n, d), d = 2 or 3
         Sample positions. In cycles per voxel k-space is the box [−½, ½]^d. A plane may be given with a third coordinate
-        that is the same for all samples; it is treated as two-dimensional.
+        that is the same for all samples; it is treated as two-dimensional, unless `bounds`, `periodic`, `domain` or
+        `cell` is given for three axes.
     shape : tuple of int, (d,), optional
         Shape of the image. It is needed for positions in ``"cycles/fov"``; otherwise it is only checked against d, so
         that the function can be called wherever (trajectory, shape) is passed.
     rim : {"auto", "box", "ball", "cylinder"}
         The domain in which the outermost cells end. ``"box"``: at the faces of [−½, ½]^d, or of `bounds`. ``"ball"``:
-        at the disc or
-        ball around the origin that the trajectory reaches (radial, spiral and koosh-ball data: nothing was measured
-        beyond). ``"cylinder"``, d = 3: at the disc that the trajectory reaches in two axes; along the third, k-space is
-        periodic from −½ to ½ (stacks of stars or spirals). ``"auto"``: the one that the trajectory fills, see Notes.
+        at the disc or ball around the origin that the trajectory reaches (radial, spiral and koosh-ball data: nothing
+        was measured beyond). ``"cylinder"``, d = 3: at the disc that the trajectory reaches in two axes; along the
+        third, k-space is periodic from −½ to ½ (stacks of stars or spirals). ``"auto"``: the one that the trajectory
+        fills, see Notes.
     bounds : array_like, (d, 2) or (2,), optional
         Ends of k-space on each axis, in the units of the trajectory, if less than the whole of [−½, ½] was measured.
         Cells end there. For ``"box"``, and for the axis of a ``"cylinder"``.
@@ -113,16 +114,18 @@ def density_compensation(
     one_of("rim", rim, ("auto", "box", "ball", "cylinder"))
     given = read_trajectory(trajectory, shape, units)
     if domain is not None or cell is not None:
-        name = "domain=" if cell is None else "cell="
+        name = "domain" if cell is None else "cell"
         two = cell is not None and domain is not None
-        _refuse_with(name, rim=rim != "auto", bounds=bounds is not None, periodic=np.any(periodic), domain=two)
+        refuse_with(name, rim=rim != "auto", bounds=bounds is not None, periodic=np.any(periodic), domain=two)
         return _in_domain(given, type_of(trajectory), domain, cell, threads)
-    if np.any(np.asarray(periodic, dtype=object)):
-        one_of("rim, with periodic=,", rim, ("auto", "box"))
+    axes, all_axes = np.asarray(periodic, dtype=object), given.d
+    wraps = bool(np.any(axes))
+    if not ((wraps and axes.size == 3) or _rows(bounds) == 3 or (rim == "cylinder" and bounds is not None)):
+        given = given.in_plane()
+    if wraps:
+        _refuse_periodic(rim)
         bounds = np.array([(-0.5, 0.5)] * given.d) * given.per_unit[:, None] if bounds is None else bounds
     if bounds is None:
-        all_axes = given.d
-        given = given.on_axes(spanned_axes(given.positions))
         if rim == "cylinder" and given.d < all_axes:
             rim = "ball"
         others = " or ".join(repr(unit) for unit in UNITS if unit != units)
@@ -143,32 +146,64 @@ def density_compensation(
     return _in_ball(given.positions, thread_count(threads))
 
 
-def _refuse_with(name: str, **others: bool | np.bool_) -> None:
-    for other, is_given in others.items():
-        if is_given:
-            raise ValueError(f"{name} says where cells end; leave out {other}=")
+def _refuse_periodic(rim: str) -> None:
+    if rim == "ball":
+        raise ValueError("rim='ball' has no periodic axes; leave out periodic=, or give rim='box'")
+    if rim == "cylinder":
+        raise ValueError("rim='cylinder' is periodic along its axis unless bounds= gives its ends; leave out periodic=")
+
+
+def _rows(bounds: Any) -> int:
+    """How many rows bounds have; a single pair counts as two, numbers and None as none."""
+    return len(bounds) if isinstance(bounds, Sized) and np.iterable(bounds) else 0
 
 
 def _in_domain(
     given: Trajectory, dtype: np.dtype[Any], domain: Any, cell: ArrayLike | None, threads: int | None
 ) -> Array:
     """Weights in a domain or on a lattice that is given in the units of the trajectory."""
-    positions, unit = given.positions.astype(dtype), given.per_unit
     if cell is not None:
-        return cells(positions, cell=real_numbers("cell", cell) / unit, threads=threads).measures
+        vectors = real_numbers("cell", cell)
+        given = _as_given(given, "cell", vectors, "one lattice vector in each row (d, d)")
+        if vectors.shape != (given.d, given.d):
+            raise ValueError(f"cell has shape {vectors.shape}; give d = {given.d} lattice vectors, one in each row")
+        return cells(given.positions.astype(dtype), cell=vectors / given.per_unit, threads=threads).measures
     if isinstance(domain, str):
-        raise ValueError(f"domain={domain!r}: say rim={domain!r}, the one that the trajectory reaches")
+        raise ValueError(_of_name(domain))
     if is_region(domain):
+        given = given.in_plane()
+        if given.d != 2:
+            raise ValueError("domain is a polygon, the trajectory has d = 3; pass its two coordinates in the plane")
         region = region_of(domain)
         import shapely
 
-        scaled = shapely.transform(region, lambda corners: corners / unit)
-        return cells(positions, domain=scaled, threads=threads).measures
-    if isinstance(domain, tuple) and len(domain) == 2 and np.ndim(domain[0]) == 2:
-        return cells(
-            positions, domain=(real_numbers("domain[0]", domain[0]) * unit, domain[1]), threads=threads
-        ).measures
-    return cells(positions, domain=real_numbers("domain", domain) / unit, threads=threads).measures
+        scaled: Any = shapely.transform(region, lambda corners: corners / given.per_unit)
+    elif isinstance(domain, tuple) and len(domain) == 2 and np.ndim(domain[0]) == 2:
+        normals = real_numbers("domain[0]", domain[0])
+        given = _as_given(given, "domain[0]", normals, "normals (m, d)")
+        scaled = normals * given.per_unit, domain[1]
+    else:
+        vertices = real_numbers("domain", domain)
+        given = _as_given(given, "domain", vertices, "vertices (k, d)")
+        scaled = vertices / given.per_unit
+    return cells(given.positions.astype(dtype), domain=scaled, threads=threads).measures
+
+
+def _as_given(given: Trajectory, name: str, array: Array, what: str) -> Trajectory:
+    """The trajectory on as many axes as the rows of an array have; ValueError if it has not."""
+    two = given if array.shape[-1:] == (3,) else given.in_plane()
+    if array.ndim != 2 or array.shape[1] != two.d:
+        raise ValueError(f"{name} has shape {array.shape}; the trajectory has d = {two.d} and needs {what}")
+    return two
+
+
+def _of_name(domain: str) -> str:
+    if domain in ("ball", "cylinder"):
+        return f"domain={domain!r}: say rim={domain!r}, the one that the trajectory reaches"
+    return (
+        f"unknown domain {domain!r}; a disc or ball is rim='ball', a cylinder rim='cylinder', "
+        "and domain= takes vertices, half-spaces or a polygon"
+    )
 
 
 def _in_ball(positions: Array, threads: int) -> Array:

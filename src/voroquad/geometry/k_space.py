@@ -43,6 +43,10 @@ class Trajectory:
         """The coordinates on some of the axes."""
         return Trajectory(self.positions[:, axes], self.per_unit[axes], self.units)
 
+    def in_plane(self) -> Trajectory:
+        """The two coordinates of a plane across an axis of space; itself if the samples lie in none."""
+        return self.on_axes(spanned_axes(self.positions))
+
     def refuse_outside(self, sides: Array, remedy: str) -> None:
         """Raise ValueError unless all positions lie in a box (d, 2), in cycles per voxel, but for their rounding."""
         low, high = sides.T
@@ -83,7 +87,7 @@ def read_trajectory(trajectory: ArrayLike, shape: tuple[int, ...] | None, units:
 
 def spanned_axes(positions: Array) -> Indices:
     """All axes; or, if all samples have the same value of one of three coordinates, the other two axes."""
-    axes = np.flatnonzero(np.ptp(positions, axis=0) > ROUNDING)
+    axes = np.flatnonzero(~(np.ptp(positions, axis=0) <= ROUNDING))  # of NaN too, which is refused
     return axes if len(axes) == 2 else np.arange(positions.shape[1])
 
 

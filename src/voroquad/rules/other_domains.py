@@ -62,16 +62,17 @@ def weights_in(
         one_of("design", design, DESIGNS)
     d = point_array(points).shape[-1]
     _refuse_without_rule(place, order, debias, design, d)
-    refuse_transposed(points, name="samples")
+    if not isinstance(samples, SampleSet):
+        refuse_transposed(points, name="samples")
     if d not in CUT:
         if place.domain is not None or place.cell is not None:
             raise ValueError(f"domain= and cell= need points with d = 1 to 3, got d = {d}; a box may have any d")
-        return _probed(points, Bounds(d, place.bounds, place.periodic), threads)
-    if design is not None and not place.has_border:
-        as_sample_set(_periods(points, place), design)  # one point in each stratum, for a design that has strata
+        return probed_in_box(points, Bounds(d, place.bounds, place.periodic), threads)
     found = cells(
         points, bounds=place.bounds, periodic=place.periodic, domain=place.domain, cell=place.cell, threads=threads
     )
+    if design is not None and not place.has_border and not isinstance(samples, SampleSet):
+        as_sample_set(_periods(points, place), design)  # one point in each stratum, for a design that has strata
     return found.measures
 
 
@@ -119,5 +120,6 @@ def _periods(points: ArrayLike, place: Place) -> Array:
     return np.clip(periods - np.floor(periods), 0.0, np.nextafter(1.0, 0.0))
 
 
-def _probed(points: ArrayLike, box: Bounds, threads: int) -> Array:
+def probed_in_box(points: ArrayLike, box: Bounds, threads: int) -> Array:
+    """Measures of cells in a box of any dimension, each axis periodic or not, counted by probes."""
     return box.volume * probed_measures(box.to_core(points), threads, *box.in_core)

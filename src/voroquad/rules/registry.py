@@ -29,7 +29,7 @@ from .fit import Fit
 from .kriging_rules import MOST, krige_independent
 from .method import CHOICE, KRIGING, LOCAL_DEGREES, MEAN, ORDER_ZERO, VORONOI, Method, local, read_order
 from .nearest_fits import fit_uniform
-from .other_domains import Place, weights_in
+from .other_domains import Place, probed_in_box, weights_in
 from .strata_fits import fit_strata
 
 DEBIAS = ("none", "bias-function", "exchange", "leave-one-out", "cross-fit", "auto")
@@ -333,11 +333,6 @@ def _voronoi_in_box(points: ArrayLike, box: Bounds, threads: int) -> Array:
     return cells(points, bounds=box.sides, threads=threads).measures
 
 
-def _probed_in_box(points: ArrayLike, box: Bounds, threads: int) -> Array:
-    sides, _ = box.in_core
-    return box.volume * probed_measures(box.to_core(points), threads, sides)
-
-
 def _over_bias_function(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> Fit:
     measures = _voronoi(samples, method, threads).weights
     return Fit(exchange.by_bias_function(samples.batch, measures, samples.strata))
@@ -407,7 +402,7 @@ RULES = (
     Family("cross-fit", (KRIGING,), ANY, RANDOMISED, fit_replicates, fewest_sets=2),
     Family("bias-function", (VORONOI,), range(1, 4), INDEPENDENT, _over_bias_function),
     Family("none", (VORONOI,), range(1, 4), None, _voronoi, in_box=_voronoi_in_box),
-    Family("none", (VORONOI,), range(4, 9), None, _probed, in_box=_probed_in_box),
+    Family("none", (VORONOI,), range(4, 9), None, _probed, in_box=probed_in_box),
 )
 
 #: Plain stratification: constants, predicted and corrected, are the mean, with an error for :func:`integration_rule`.
