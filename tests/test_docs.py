@@ -90,3 +90,9 @@ def test_the_table_of_coverage_leaves_no_size_out():
     text = (ROOT / "docs" / "measured" / "error-bars.md").read_text(encoding="utf-8")
     table = text.split("<!-- table: coverage -->")[1].split("<!-- end -->")[0]
     assert [tuple(row) for row in re.findall(r"^\| (\d+) \| (\d+) \|", table, re.MULTILINE)] == measured
+
+
+def test_no_two_formulas_have_the_same_number():
+    numbers = re.findall(r"\\tag\{(\d+)\}", (ROOT / "docs/theory.md").read_text(encoding="utf-8"))
+    assert len(numbers) > 30
+    assert sorted(numbers) == sorted(set(numbers))

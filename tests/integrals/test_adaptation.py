@@ -247,10 +247,19 @@ def test_unbiased_and_the_mean_of_all_rounds_is_not(d, n, sigma, adapt, monkeypa
     assert z_weighted < -6
 
 
+@pytest.mark.parametrize("adapt", [True, False])
+def test_adapt_may_be_a_truth_value_of_numpy(adapt):
+    found, expected = (vq.quad(peak(1), 0, 1, n_points=1000, adapt=a, rng=1) for a in (np.bool_(adapt), adapt))
+    assert found.integral == expected.integral
+    assert (found.adaptation is None) == (not adapt)
+
+
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"adapt": "yes"}, "unknown adapt 'yes'; choose one of auto"),
+        ({"adapt": "yes"}, "adapt must be True, False or 'auto', got 'yes'"),
+        ({"adapt": 1}, "adapt must be True, False or 'auto', got 1"),
+        ({"adapt": np.array([1, 0])}, r"adapt must be True, False or 'auto', got array\("),
         ({"adapt": True, "n_points": 399}, "n_points must be at least 400 to adapt, got 399"),
         ({"adapt": True, "n_points": 399, "order": 1}, "n_points must be at least 400 to adapt, got 399"),
         ({"adapt": True, "n_points": 133, "n_estimates": 3, "order": 1}, "n_points must be at least 134 to adapt"),

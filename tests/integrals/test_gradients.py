@@ -59,6 +59,9 @@ def test_what_keeps_no_gradients_says_so(monkeypatch):
         monkeypatch.setattr(module, "has_gradient", lambda values: isinstance(values, np.ndarray))
     with pytest.raises(ValueError, match='give method="local" and adapt=False'):
         vq.quad(lambda x: x[0], 0, 1, n_points=20_000, rng=1)
+    with pytest.raises(ValueError, match='give method="kriging" and adapt=False'):
+        vq.quad(lambda x: x[0], [0] * 5, [1] * 5, n_points=16_384, rng=1)
+    assert vq.quad(lambda x: x[0], [0] * 5, [1] * 5, n_points=256, method="kriging", adapt=False, rng=1).success
     with pytest.raises(ValueError, match="return their real and imaginary parts"):
         vq.quad(lambda x: x[0] + 1j, 0, 1, rng=1)
 

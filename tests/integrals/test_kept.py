@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+import warnings
 from collections import namedtuple
 from collections.abc import Callable
 from typing import Any
@@ -151,9 +152,56 @@ def test_a_tighter_tolerance_reuses_what_was_evaluated(tmp_path, how):
     between = vq.quad(func, rtol=1e-2, atol=1e-2, **how)
     assert func.points == between.n_evaluations > tight.n_evaluations
     with pytest.raises(
-        ValueError, match=r"max_evaluations must be at least \d+ with the \d+ evaluations that the store"
+        ValueError, match=r"max_evaluations must be at least \d+ with the \d+ evaluations of sets that other calls"
     ):
         vq.quad(Counting(wave, 1), rtol=1e-3, max_evaluations=func.points, **how)
+
+
+class Stopping:
+    """A callback that fails once so many points are evaluated."""
+
+    def __init__(self, n: int):
+        self.n = n
+
+    def __call__(self, progress: vq.Progress) -> None:
+        if progress.n_evaluations >= self.n:
+            raise Killed
+
+
+def test_an_unfinished_round_of_another_call_is_passed_over(tmp_path):
+    """A call that needs less of it goes on beside, and each call has its own bits whatever the other does since."""
+    how = {"a": [0, 0], "b": [1, 2], "n_points": 64, "rng": 5, "batch": 50, "store": tmp_path / "one"}
+    other = how | {"store": tmp_path / "other"}
+    tight = {"rtol": 1e-9, "max_evaluations": 20_000}
+
+    def stop(**call: Any) -> None:
+        func = Counting(wave)
+        with pytest.raises(Killed):
+            vq.quad(func, **tight, **call, callback=Stopping(300))
+
+    stop(**how)
+    stop(**other)
+    func = Counting(wave)
+    loose = vq.quad(func, rtol=0.1, max_evaluations=200, **how)
+    assert loose.success
+    assert loose.n_evaluations <= 200
+    assert func.points == 64  # those of the last set, not those that the round lacks
+    whole, beside = vq.quad(Counting(wave), **tight, **how), vq.quad(Counting(wave), **tight, **other)
+    assert bits(whole) == bits(beside)
+    assert bits(vq.quad(Counting(wave, 1), rtol=0.1, max_evaluations=200, **how)) == bits(loose)
+    between = vq.quad(Counting(wave), rtol=0.05, max_evaluations=200_000, **how)
+    assert between.n_evaluations > whole.n_evaluations  # the round is complete now
+
+
+def test_rounds_that_do_not_fit_are_refused_before_work(tmp_path):
+    how = {"a": [0, 0], "b": [1, 2], "n_points": 64, "rng": 5, "batch": 50, "store": tmp_path}
+    spent = vq.quad(wave, rtol=1e-4, atol=1e-4, **how).n_evaluations
+    message = f"at least {spent + 64} with the {spent} evaluations of sets that other calls began"
+    with pytest.raises(ValueError, match=message):
+        vq.quad(Counting(wave, 1), rtol=1e-9, max_evaluations=spent + 63, **how)
+    with pytest.raises(vq.IntegrationWarning, match="tolerance"), warnings.catch_warnings():
+        warnings.simplefilter("error")
+        vq.quad(wave, rtol=1e-9, max_evaluations=spent + 64, **how)
 
 
 @pytest.mark.parametrize("fails_at", [2, 4])

@@ -123,10 +123,10 @@ class Made(Trials):
     def __init__(self, sizes: list[int]):
         self.sizes, self.own = list(sizes), []
 
-    def of_others(self) -> int | None:
+    def of_others(self, room: int) -> int | None:
         return self.sizes.pop(0) if self.sizes else None
 
-    def begin(self, n: int) -> None:
+    def begin(self, n: int, last: bool) -> None:
         self.own.append(n)
 
 

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from .._support.arrays import Array, Indices
-from .._support.checks import one_of
 from ..designs.grids import largest_grid
 from ..designs.sampling import sample
 from .estimates import Estimate
@@ -162,7 +161,7 @@ class Learner:
         return self.always or found_in < CONCENTRATED[min(d, 4)] * PER_DIMENSION ** max(0, d - 4)
 
     @property
-    def keeps_gradients(self) -> bool:
+    def has_gradients(self) -> bool:
         """Whether the values so far have gradients, which the pilot rule does not keep."""
         return bool(self.integrand(self.region).function.tape)
 
@@ -291,9 +290,15 @@ def look_size(n: int, d: int) -> int:
 
 
 def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region | None:
-    """The region to adapt to; None where "auto" has none. Raises ValueError for what `adapt=True` does not go with."""
-    if adapt is not True:
-        one_of("adapt", adapt, ("auto",))
+    """The region to adapt to; None for False, and where "auto" has none.
+
+    Raises ValueError for what `adapt=True` does not go with, and what is none of the three.
+    """
+    if not isinstance(adapt, bool | np.bool_) and not (isinstance(adapt, str) and adapt == "auto"):
+        raise ValueError(f"adapt must be True, False or 'auto', got {adapt!r}")
+    if not adapt:
+        return None
+    if isinstance(adapt, str):
         return None if tolerance or len(parts) > 1 else parts[0].region
     if tolerance:
         raise ValueError("adapt and a tolerance do not go together: give n_points in place of rtol and atol")
@@ -305,6 +310,15 @@ def single(parts: Sequence[Part], adapt: Any, tolerance: bool) -> Region | None:
 def concentration(values: Array) -> float:
     """(Σ|f|)² / (n Σ f²), the largest of all components (fields, n); of all 0, 0."""
     sizes = np.abs(np.nan_to_num(scaled(values, axis=1)))
-    squares = np.square(sizes).sum(axis=1)
-    parts = sizes.sum(axis=1)[squares > 0] ** 2 / (values.shape[1] * squares[squares > 0])
-    return float(parts.max()) if len(parts) else 0.0
+    return concentration_of_parts([row] for row in sizes)
+
+
+def concentration_of_parts(components: Iterable[Sequence[Array]]) -> float:
+    """The same of components that come in parts, in units in which no square over- or underflows."""
+    found = []
+    for parts in components:
+        square = sum(float(part @ part) for part in parts)
+        if square > 0:
+            size, n = sum(float(np.abs(part).sum()) for part in parts), sum(len(part) for part in parts)
+            found.append(size**2 / (n * square))
+    return max(found, default=0.0)

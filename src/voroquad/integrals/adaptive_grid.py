@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from .._support.arrays import Array
-from .adaptation import Adaptation, Learner, PilotSamples, Round, round_size
+from .adaptation import Adaptation, Learner, PilotSamples, Round, concentration_of_parts, round_size
 from .estimates import Estimate
 from .partition import Partition
 from .pilot import RULES, PilotRun, grid_side
@@ -62,7 +62,7 @@ class AdaptiveGrid:
         size = round_size(n, 1)
         plain = self.run(grid_side(n, d))
         identity = SeparableMap.identity(d)
-        found_in = plain.concentration()
+        found_in = concentration_of_parts(plain.parts_of_components())
         if not self.pilot.always and not (self.pilot.adapts(found_in) and self._worth_a_map(plain)):
             self.tell(identity, found_in, before, False)
             return _with(before, plain.estimates(n, self.sets))
@@ -117,9 +117,14 @@ class GridAtNeed:
         """An estimate from at most n evaluations."""
         learner = self.grid.pilot
         coarse = self.grid.run(int((LOOK * n) ** (1 / learner.region.d) + 1e-9))
-        if rough(coarse) and not learner.keeps_gradients:
+        if rough(coarse) and not learner.has_gradients:
             return self.grid(n - coarse.cells, coarse.cells)
-        self.grid.tell(SeparableMap.identity(learner.region.d), coarse.concentration(), coarse.cells, False)
+        self.grid.tell(
+            SeparableMap.identity(learner.region.d),
+            concentration_of_parts(coarse.parts_of_components()),
+            coarse.cells,
+            False,
+        )
         return _with(coarse.cells, self.few(n - coarse.cells))
 
 

@@ -44,6 +44,8 @@ class KeptEvaluations:
 
     def __init__(self, store: Store, key: dict[str, Any]):
         self.store, self._key, self._next, self._begun = store, key, 0, False
+        #: Of the rounds of the tolerance mode: what their batches have in their names
+        self.branch = ""
 
     @classmethod
     def of(cls, url: str | os.PathLike[str], settings: Mapping[str, Any]) -> KeptEvaluations:
@@ -78,7 +80,7 @@ class KeptEvaluations:
             yield answer
 
     def _read(self, k: int, x: NDArray[Any]) -> Answer | None:
-        found = self.store.get(_name(k))
+        found = self.store.get(self._name(k))
         if found is None:
             return None
         values, about = found
@@ -96,18 +98,31 @@ class KeptEvaluations:
         check_shapes(branch, leaves, x.shape)
         form = Form.of(branch, leaves)
         about = {"branch": _written(branch), "shapes": form.shapes, "is_complex": form.is_complex, "epsilon": epsilon}
-        self.store.put(_name(k), np.concatenate([x, form.rows(leaves)], dtype=np.float64), about)
+        self.store.put(self._name(k), np.concatenate([x, form.rows(leaves)], dtype=np.float64), about)
+
+    def _name(self, k: int) -> str:
+        return f"batch{self.branch}-{k:06d}"
 
 
 class Trials:
     """The rounds of the tolerance mode, where no other call made any."""
 
-    def of_others(self) -> int | None:
-        """The largest number of evaluations of the next round, if a call with another tolerance began it."""
+    def planned(self, first: int, most: int) -> int:
+        """Evaluations of the rounds so far that this call counts, with a first set of `first` and at most `most`."""
+        return 0
+
+    def of_others(self, room: int) -> int | None:
+        """The largest number of evaluations of the next round, if a call with another tolerance began it.
+
+        One that is not complete is passed over where it has more than `room`.
+        """
         return None
 
-    def begin(self, n: int) -> None:
-        """Begin a round of at most n evaluations."""
+    def begin(self, n: int, last: bool) -> None:
+        """Begin a round of at most n evaluations, the last of the call or one before."""
+
+    def end(self, n: int) -> None:
+        """The round is complete, with n evaluations."""
 
 
 class KeptTrials(Trials):
@@ -119,30 +134,83 @@ class KeptTrials(Trials):
         Of the call.
     call : dict
         What tells the call from others.
+    rng : numpy.random.Generator
+        Of the samples.
+
+    Notes
+    -----
+    A call that passes over an unfinished round goes on in a branch: its rounds and batches have names of their own, and
+    its samples come from another stream, so that they are independent of those of the round. Other calls that pass over
+    the same round share the branch. The call keeps to its branch when the round has been completed since.
     """
 
-    def __init__(self, kept: KeptEvaluations, call: Mapping[str, Any]):
-        self._kept, self._next = kept, 0
+    def __init__(self, kept: KeptEvaluations, call: Mapping[str, Any], rng: np.random.Generator):
+        self._kept, self._rng, self._next = kept, rng, 0
         self._call = {name: _told(_as_float(value)) for name, value in call.items()}
+        self._told = hashlib.sha256(json.dumps(self._call, sort_keys=True).encode()).hexdigest()[:16]
 
-    def of_others(self) -> int | None:
+    def planned(self, first: int, most: int) -> int:
         """As rounds have it."""
-        found = self._kept.store.get(self._name)
-        if found is None or found[1] == self._call:
-            return None
-        self._next += 1
-        return int(found[0][0])
+        spent, k, branch = 0, 0, ""
+        while (found := self._kept.store.get(_round(branch, k))) is not None:
+            own = found[1] == self._call
+            if own and found[0][1:].any():  # its last
+                return 0
+            n = int((self._ended(branch, k) or found)[0][0])
+            if not own and self._passes(branch, k, n, most - spent - first):
+                branch += f"-{k}"
+                continue
+            spent, k = spent + n, k + 1
+        return spent
 
-    def begin(self, n: int) -> None:
+    def of_others(self, room: int) -> int | None:
+        """As rounds have it."""
+        while True:
+            branch = self._kept.branch
+            found = self._kept.store.get(_round(branch, self._next))
+            if found is None or found[1] == self._call:
+                return None
+            if not self._passes(branch, self._next, int(found[0][0]), room):
+                self._next += 1
+                return int(found[0][0])
+            self._kept.begin()
+            self._kept.store.put(self._passed(branch, self._next), np.zeros(1), self._call)
+            self._kept.branch += f"-{self._next}"
+            seed = self._rng.integers(2**63, size=4).tolist()
+            self._rng.bit_generator.state = type(self._rng.bit_generator)(seed).state
+
+    def begin(self, n: int, last: bool) -> None:
         """As rounds have it."""
         self._kept.begin()
-        if self._kept.store.get(self._name) is None:
-            self._kept.store.put(self._name, np.array([float(n)]), self._call)
+        name = _round(self._kept.branch, self._next)
+        if self._kept.store.get(name) is None:
+            self._kept.store.put(name, np.array([float(n), float(last)]), self._call)
         self._next += 1
 
-    @property
-    def _name(self) -> str:
-        return f"round-{self._next:06d}"
+    def end(self, n: int) -> None:
+        """As rounds have it."""
+        if self._ended(self._kept.branch, self._next - 1) is None:
+            self._kept.store.put(_end(self._kept.branch, self._next - 1), np.array([float(n)]), {})
+
+    def _passes(self, branch: str, k: int, n: int, room: int) -> bool:
+        """Whether to pass over a round of another call, of at most n evaluations."""
+        if self._kept.store.get(self._passed(branch, k)) is not None:
+            return True
+        return n > room and self._ended(branch, k) is None
+
+    def _ended(self, branch: str, k: int) -> Any:
+        return self._kept.store.get(_end(branch, k))
+
+    def _passed(self, branch: str, k: int) -> str:
+        return f"passed{branch}-{k:06d}-{self._told}"
+
+
+def _round(branch: str, k: int) -> str:
+    return f"round{branch}-{k:06d}"
+
+
+def _end(branch: str, k: int) -> str:
+    return f"end{branch}-{k:06d}"
 
 
 def _name_of(func: Any) -> str:
@@ -151,10 +219,6 @@ def _name_of(func: Any) -> str:
         bound = [*map(_told, func.args), *(f"{name}={_told(value)}" for name, value in func.keywords.items())]
         return f"{_name_of(func.func)}({', '.join(bound)})"
     return str(getattr(func, "__qualname__", type(func).__qualname__))
-
-
-def _name(k: int) -> str:
-    return f"batch-{k:06d}"
 
 
 def _written(branch: Branch | None) -> Any:

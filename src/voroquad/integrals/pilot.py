@@ -128,19 +128,10 @@ class PilotRun:
 
     def mean_size(self) -> Array:
         r"""The mean of \|f\| (fields,) over the grid."""
-        sums = [sum(float(np.abs(part).sum()) for part in parts) for parts in self._parts()]
+        sums = [sum(float(np.abs(part).sum()) for part in parts) for parts in self.parts_of_components()]
         return np.ldexp(np.array(sums) / self.cells, self.power)
 
-    def concentration(self) -> float:
-        r"""(Σ\|f\|)² / (cells Σ f²) over the grid, the largest of all components; of all 0, 0."""
-        found = []
-        for parts in self._parts():
-            square = sum(float(part @ part) for part in parts)
-            if square > 0:
-                found.append(sum(float(np.abs(part).sum()) for part in parts) ** 2 / (self.cells * square))
-        return max(found, default=0.0)
-
-    def _parts(self) -> list[list[Array]]:
+    def parts_of_components(self) -> list[list[Array]]:
         """The values of each component, in units, in parts that are no burden to memory; 0 where not finite."""
         at = range(0, self.cells, POINTS_AT_ONCE)
         grids = [self.rule.grid(f) for f in range(len(self.power))]

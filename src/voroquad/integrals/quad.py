@@ -146,7 +146,7 @@ def quad(
         predicts a smaller error. Above, a pilot of 30 % of the evaluations learns a map of each axis and, if that
         gains, a tree of boxes that have samples of their own. If `method`, `order` or `sampler` is given, only the map
         is learned and that rule is used. True needs 400 evaluations.
-        "auto" adapts only if a first look at 1 to 6 % of the evaluations calls for it, and only in place of the default
+        "auto" adapts only if a first look at few evaluations calls for it (docs/quadrature.md tells how many), and only in place of the default
         rule, up to d = 8, for one region, without a tolerance. It looks from 1000 points on in d = 4, from 2000 in d =
         5 and 6, 4000 in d = 7 and 8, 6000 in d = 2 and 5000 in d = 3. From 8192 points on in d ≤ 2, and 16384 in d = 3,
         the look is the grid of the method "pilot" and costs nothing; n_estimates > 1 has no other. False never looks.
@@ -278,20 +278,20 @@ def quad(
     watch_here = watch if len(places) == 1 else WatchOfParts(watch)
     followed = progress or not vectorized or any(x is not None for x in (callback, store, client))
     kept = None if store is None else _kept_in(store, rng, given | {"rng": generator, "n_points": n_points}, wanted)
-    rounds = None if kept is None else KeptTrials(kept, {name: given[name] for name in OF_TOLERANCE})
+    rounds = None if kept is None else KeptTrials(kept, {name: given[name] for name in OF_TOLERANCE}, generator)
     with mapping(workers, (func, args, kwargs), client, kept) as (spread, parts):
         most_at_once = batches(batch, n_points, followed)
         function = Function(func, library, args, kwargs, vectorized, spread, parts, most_at_once, kept)
         rule = _Rule(function, watch_here, n_points, method, sampler, order, debias, generator, threads)
-        region = None if adapt is False else single(places, adapt, wanted is not None)
+        region = single(places, adapt, wanted is not None)
         if region is None:
             estimate = rule.on(places, n_estimates)
         else:
-            estimate = rule.adapted(places, region, n_estimates, adapt is True, adaptations.append)
+            estimate = rule.adapted(places, region, n_estimates, adapt != "auto", adaptations.append)
         d = places[0].region.d
         compute = _computing(estimate, wanted, n_points, n_estimates, most, d, function, watch, rounds)
         with following(watch, function, callback, progress, most):
-            result = ended(lambda: _with_gradients(compute(), function), watch, function)
+            result = ended(lambda: _with_gradients(compute(), function, d), watch, function)
     return replace(result, adaptation=adaptations[0] if adaptations else None)
 
 
@@ -329,11 +329,12 @@ def _kept_in(
     return KeptEvaluations.of(store, {name: settings[name] for name in names} | {"refined": wanted is not None})
 
 
-def _with_gradients(found: Estimate, function: Function) -> Estimate:
-    """The estimate; ValueError if func's values have gradients and the estimate is not known as their sum."""
+def _with_gradients(found: Estimate, function: Function, d: int) -> Estimate:
+    """The estimate in d dimensions; ValueError if func's values have gradients and the estimate is not known as their sum."""
     if function.tape and sum(term.end - term.begin for term in found.terms) == 0:
+        other = "local" if d <= 4 else "kriging"  # in more dimensions polynomials take long, and end
         raise ValueError(
-            'values of func have gradients, which this rule does not keep; give method="local" and adapt=False'
+            f'values of func have gradients, which this rule does not keep; give method="{other}" and adapt=False'
         )
     return found
 

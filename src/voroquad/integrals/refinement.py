@@ -86,20 +86,28 @@ def refine(
         Gets the estimate of each round.
     rounds : Trials, optional
         Those that calls with other tolerances have made. Each is a trial here, the last of such a call too: it selects
-        the size, and the estimate is that of a set which no call has seen.
+        the size, and the estimate is that of a set which no call has seen. One that its call has not completed is
+        passed over where it does not fit or the trials before it are enough.
+
+    Raises
+    ------
+    ValueError
+        The trials of other calls leave no room for a set of the first size; before any evaluation.
     """
     rounds = rounds or Trials()
+    _check_room(rounds.planned(n, most), n, most)
     spent, zeros, first, done = 0, 0, n, False
     trials: list[Estimate] = []
     while True:
-        size = rounds.of_others()
+        size = rounds.of_others(0 if done else most - spent - first)
         if size is None:
             if done or 2 * n > most - spent:
                 break
-            rounds.begin(n)
+            rounds.begin(n, last=False)
         else:
             n = size
         trial = estimate(n)
+        rounds.end(trial.n)
         trials.append(trial)
         watch.finish(trial)
         spent += trial.n
@@ -116,17 +124,23 @@ def refine(
         worst = float(excess.max()) if trial.resolved else math.inf
         growth = float(np.clip((worst / 0.5) ** (1 / (0.5 + 1 / dimension)), 2, 16))
         n = min(math.ceil(n * growth), room)
-    if spent and most - spent < first:
-        raise ValueError(
-            f"max_evaluations must be at least {spent + first} with the {spent} evaluations that the store keeps of "
-            f"calls with other tolerances, got {most}"
-        )
+    _check_room(spent, first, most)
     n = min(n, most - spent)
-    rounds.begin(n)
+    rounds.begin(n, last=True)
     last = estimate(n)
+    rounds.end(last.n)
     last = replace(last, n=spent + last.n, trials=(*trials, last))
     _judge(wanted, last, most, diagnoses)
     return last
+
+
+def _check_room(spent: int, first: int, most: int) -> None:
+    """Raise ValueError where rounds of other calls, which are trials here, leave no room for a set of the first size."""
+    if spent and most - spent < first:
+        raise ValueError(
+            f"max_evaluations must be at least {spent + first} with the {spent} evaluations of sets that other calls "
+            f"began in the store, got {most}"
+        )
 
 
 def _judge(wanted: Tolerance, last: Estimate, most: int, diagnoses: Diagnoses) -> None:

@@ -151,13 +151,6 @@ def power(t: Array, beta: Array) -> Array:
     return powers
 
 
-def antiderivative(t: float, beta: Array) -> Array:
-    """The integral of :func:`power` from 0 to t: (fields,)."""
-    beta = _apart_from_0(beta)
-    found: Array = (t ** (1 + beta) / (1 + beta) - t) / beta
-    return found
-
-
 def _apart_from_0(beta: Array) -> Array:
     return np.where(np.abs(beta) < 1e-6, 1e-6, beta)
 
