@@ -135,7 +135,7 @@ def refine(
 
 
 def _check_room(spent: int, first: int, most: int) -> None:
-    """Raise ValueError where rounds of other calls, which are trials here, leave no room for a set of the first size."""
+    """Raise ValueError where rounds of other calls leave no room for a set of the first size."""
     if spent and most - spent < first:
         raise ValueError(
             f"max_evaluations must be at least {spent + first} with the {spent} evaluations of sets that other calls "
