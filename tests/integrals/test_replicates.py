@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 import warnings
 
 import numpy as np
@@ -11,6 +12,7 @@ import scipy.stats
 
 import voroquad as vq
 from voroquad.integrals import replicates
+from voroquad.integrals.estimates import Estimate
 from voroquad.integrals.evaluation import Function
 from voroquad.integrals.integrand import Integrand
 from voroquad.integrals.library import Library
@@ -98,6 +100,60 @@ def test_no_scale_of_the_integrand_changes_a_digit(power):
     assert other.integral == math.ldexp(one.integral, power)
 
 
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("first", [0.0, 1e-3, 1e-30])
+def test_values_far_above_all_before_change_the_units(monkeypatch, first):
+    """A spike between the points that take part in fits: no power over- or underflows, and no value is lost."""
+    monkeypatch.setattr(replicates, "MOST_TERMS", 30)
+
+    def estimate(amp: float) -> tuple[Estimate, np.ndarray]:
+        func = lambda x: amp * (first * np.exp(x[1] * x[2]) + (x[0] < 1e-3) * np.exp(x[1]))  # noqa: E731
+        run = run_of(func, 5, 8192)
+        assert max(run._values(net, 0, run.fitted).max() for net in run.nets) <= amp * first * math.e
+        return run.estimate()
+
+    one, degrees = estimate(1.0)
+    assert one.mean > 1e-3
+    for amp in (1e-200, 1e200, 2.0**-900, 2.0**900):
+        other, as_before = estimate(amp)
+        tolerance = 0 if math.frexp(amp)[0] == 0.5 else 1e-12
+        np.testing.assert_allclose(other.mean / amp, one.mean, rtol=tolerance)
+        np.testing.assert_allclose(other.error / amp, one.error, rtol=tolerance)
+        np.testing.assert_array_equal(as_before, degrees)
+        assert [w.kind for w in other.warnings] == [w.kind for w in one.warnings]
+
+
+@pytest.mark.parametrize("power", [40, 700])
+def test_new_units_are_those_of_all_values_from_the_start(monkeypatch, power):
+    """Sums and what takes part in fits, where blocks are far larger than those before."""
+    monkeypatch.setattr(replicates, "MOST_TERMS", 30)
+    jump = lambda x: np.exp(x[2] * x[1]) * np.where(x[0] < 1e-3, np.ldexp(1.0, power), 1.0)  # noqa: E731
+    run = run_of(jump, 5, 8192)
+    kept, sums, unit = run._evaluated()
+    assert unit > power - 1
+    assert max(y.max() for y in kept) < 2.0 ** (2 - power)
+    for net, y, of_net in zip(run.nets, kept, sums, strict=True):
+        values = jump(net.points(0, run.m))
+        np.testing.assert_array_equal(y[0], np.ldexp(values[: run.fitted], -unit))
+        scaled = np.ldexp(values, -unit)
+        np.testing.assert_allclose(of_net.means[0], scaled.reshape(run.parts, -1).mean(axis=1), rtol=1e-12)
+        np.testing.assert_allclose(of_net.absolute, np.abs(scaled).mean(), rtol=1e-12)
+        np.testing.assert_allclose(of_net.square, np.square(scaled).mean(), rtol=1e-12)
+
+
+def test_the_rule_tells_what_corrects_how_many_replicates():
+    """By component; the sets of several estimates count together."""
+    func = lambda x: np.stack([np.exp(x[0] * x[1]), np.abs(x - 0.5).max(axis=0) < 0.4])  # noqa: E731
+    smooth, rough = integrate(func, 4, 8192, method="auto").rule
+    assert re.fullmatch(r"polynomials of degree \d( in [1-3] of 4 replicates, .* in \d)?", smooth)
+    assert rough == "plain mean"
+    counts = re.findall(r"in (\d+)", integrate(func, 4, 1024, n_estimates=3).rule[0])
+    assert not counts or sum(map(int, counts)) == 12
+    told = replicates._told(np.array([[6, 0], [6, 0], [0, 3], [6, 4]]))
+    assert told[0] == "polynomials of degree 6 in 3 of 4 replicates, plain mean in 1"
+    assert told[1].startswith("plain mean in 2 of 4 replicates, polynomials of degree 3 in 1")
+
+
 def test_what_it_warns_of():
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")
@@ -173,14 +229,14 @@ def test_neither_fit_nor_choice_knows_the_replicate(n):
     """Whatever its values are, its correction keeps every bit, and that of others changes."""
     run = run_of(lambda x: np.exp(x[0] * x[1] - x[2]), 3, n)
     kept, sums, _ = run._evaluated()
-    corrections = run._corrections(kept, sums)
+    corrections, _ = run._corrections(kept, sums)
     assert np.abs(corrections).min() > 1e-8
     rng = np.random.default_rng(5)
     for r in range(run.count):
         other = rng.random((1, run.m))
         other_sums = replicates._PartSums(1, run.m, run.parts)
         other_sums.add(0, other)
-        with_others = run._corrections(
+        with_others, _ = run._corrections(
             [*kept[:r], other[:, : run.fitted], *kept[r + 1 :]], [*sums[:r], other_sums, *sums[r + 1 :]]
         )
         assert with_others[r] == corrections[r]
@@ -216,3 +272,17 @@ def test_the_choice_is_by_the_error_of_means_over_nets(monkeypatch):
     assert replicates._best((plain[:, None] - left)[:2], plain[:2]).tolist() == [-1, 0]
     # Means that are off by a constant are no error of a mean over parts
     assert replicates._best(plain[:, None] - 0.1 * left + 7, plain).tolist() == [0, 0, 0]
+
+
+@pytest.mark.parametrize("factor", [1e12, 1e-12, 1e150, math.inf, math.nan])
+def test_the_choice_does_not_know_the_sizes_of_a_nets_own_values(factor):
+    rng = np.random.default_rng(3)
+    plain = rng.standard_normal((3, 8))
+    parts = plain[:, None] - np.array([0.2, 0.1, 0.15])[:, None] * rng.standard_normal((3, 3, 8))
+    best = replicates._best(parts, plain)
+    assert best.min() >= 0
+    for r in range(3):
+        with np.errstate(invalid="ignore"):
+            of_net = np.where(np.arange(3) == r, factor, 1.0)
+            other = replicates._best(parts, plain * of_net[:, None])
+        assert other[r] == best[r]

@@ -11,7 +11,7 @@ from .._support.checks import one_of
 from ..designs.engines import EngineFactory
 from ..rules.method import HIGHEST_DIMENSION, KRIGING, ORDER_ZERO, Method, highest_order, local, read_order
 from . import pilot, replicates
-from .adaptation import Adaptation, AdaptiveEstimator, Learner, look_size
+from .adaptation import MOST_OF_LOOK, Adaptation, AdaptiveEstimator, Learner, look_size
 from .adaptive_grid import AdaptiveGrid, GridAtNeed
 from .estimates import Estimate, Estimator
 from .integrand import Integrand
@@ -144,11 +144,15 @@ def _look(n: int, d: int) -> int:
     >>> from voroquad.integrals.methods import _look
     >>> _look(16_384, 6), _look(16_500, 6), _look(20_000, 6)
     (0, 116, 256)
+    >>> _look(8192, 4), _look(9000, 4)
+    (0, 256)
     """
     if d <= pilot.HIGHEST_DIMENSION:
         return n
     look = look_size(n, d)
-    return look if n < MANY_POINTS.get(d, math.inf) else min(look, n % replicates.size_of_replicate(n))
+    if n < MANY_POINTS.get(d, math.inf):
+        return look
+    return min(look, MOST_OF_LOOK, n % replicates.size_of_replicate(n))
 
 
 def _check_own_points(

@@ -136,10 +136,10 @@ def quad(
         many strata. Other samplers draw four replicates, each of the largest size that they allow, if n_estimates is 1.
     n_estimates : int
         Number of independent sets. The result is the mean of their estimates, and its error comes from their spread.
-        Stratified sets are estimated independently. Sets of other samplers, and so all sets above d = 4, are the
-        replicates of one cross-fit, instead of the four replicates: each corrects a prediction from the others. With
-        two sets the error has a single degree of freedom, and the 95 % interval extends 12.7 standard errors to either
-        side.
+        Stratified sets are estimated independently, and so are those of the method "polynomials", the default for many
+        points in d ≥ 4. Sets of other samplers, and so all others above d = 4, are the replicates of one cross-fit,
+        instead of the four replicates: each corrects a prediction from the others. With two sets the error has a single
+        degree of freedom, and the 95 % interval extends 12.7 standard errors to either side.
     adapt : bool or "auto"
         For peaks that are narrower than strata. True learns from a pilot where func is large; the attribute
         `adaptation` of the result shows it. In d ≤ 3 the method is "pilot", with a map of each axis if its grid then

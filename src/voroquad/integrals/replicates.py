@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from .. import _core
 from .._support.arrays import Array, Indices
+from ..rules.chosen_fits import told
 from ..rules.fit import ROUNDING
 from ..rules.nested_fits import DEGREES_BELOW, SAMPLES_PER_TERM, NestedFits, embedded, highest_degree, terms_of
 from .estimates import Estimate, unresolved
@@ -41,6 +42,9 @@ ERROR_SCALE = 1.3
 #: mean's squared error that it may leave to be chosen.
 PARTS, WORTH = 128, 0.1
 
+#: Powers of two that values may exceed the unit by: squares of 2^32 are far from overflow.
+ROOM = 32
+
 #: Points of a call of the integrand.
 POINTS_AT_ONCE = 1 << 15
 
@@ -55,8 +59,9 @@ class ReplicateEstimator:
     r"""Scrambled Sobol' replicates with cross-fitted polynomials.
 
     The replicates are two groups. With P_r fitted to the group without replicate r, the estimate of r is
-    ∫ P_r + mean(f − P_r). P_r is the candidate with the least squared residuals on the others of r's own group. So P_r
-    does not depend on replicate r, whose points are uniform, and each estimate is unbiased.
+    ∫ P_r + mean(f − P_r). P_r is the candidate whose residuals vary least on the others of r's own group, in their
+    means over parts of a net (:func:`_best`). So P_r does not depend on replicate r, whose points are uniform, and each
+    estimate is unbiased.
     """
 
     integrand: Integrand
@@ -67,11 +72,14 @@ class ReplicateEstimator:
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations for each of the sets."""
         found: list[Estimate] = []
+        degrees: list[Indices] = []
         for _ in range(self.sets):
             replicates = _Replicates(self.integrand, n, self.rng, self.threads)
             self.integrand.watch.follow((lambda: across(found)) if found else replicates.known)
-            found.append(replicates.estimate())
-        return across(found)
+            estimate, of_nets = replicates.estimate()
+            found.append(estimate)
+            degrees.append(of_nets)
+        return replace(across(found), rules=_told(np.concatenate(degrees)))
 
 
 class _Replicates:
@@ -94,11 +102,11 @@ class _Replicates:
         self._begun: list[Array] = []  # means (fields,) of the points of a replicate that take part in fits
         self._done: list[Array] = []  # plain means (fields,) of the replicates that are evaluated
 
-    def estimate(self) -> Estimate:
-        """Draws, fits, and corrects."""
+    def estimate(self) -> tuple[Estimate, Indices]:
+        """Draws, fits, and corrects; with the degrees that correct each replicate, (nets, fields)."""
         kept, sums, power = self._evaluated()
-        corrections = self._corrections(kept, sums)
-        return self._estimate(np.stack([s.means.mean(axis=1) for s in sums]), corrections, sums, power)
+        corrections, degrees = self._corrections(kept, sums)
+        return self._estimate(corrections, sums, power), degrees
 
     def _evaluated(self) -> tuple[list[Array], list[_PartSums], NDArray[np.intc]]:
         """Of each net the values (fields, n) that take part in fits, and sums of all; and the power of their unit."""
@@ -109,12 +117,19 @@ class _Replicates:
         _, power = np.frexp(np.max([_largest(y) for y in kept], axis=0))
         kept = [np.ldexp(y, -power[:, None]) for y in kept]
         sums = [_PartSums(len(power), self.m, self.parts) for _ in kept]
-        for net, y, of_net in zip(self.nets, kept, sums, strict=True):
+        for of_net, y in zip(sums, kept, strict=True):
             of_net.add(0, y)
+        for net, of_net in zip(self.nets, sums, strict=True):
             begin = self.fitted
             while begin < self.m:
                 at_once = min(begin, POINTS_AT_ONCE)  # blocks of a net begin at a multiple of their size
-                of_net.add(begin, np.ldexp(self._values(net, begin, at_once), -power[:, None]))
+                values = self._values(net, begin, at_once)
+                shift = _shift(values, power, np.max([s.absolute for s in sums], axis=0))
+                if shift.any():
+                    power, kept = power - shift, [np.ldexp(y, shift[:, None]) for y in kept]
+                    for s in sums:
+                        s.rescale(shift)
+                of_net.add(begin, np.ldexp(values, -power[:, None]))
                 begin += at_once
             self._done.append(np.ldexp(of_net.means.mean(axis=1), power))
         return kept, sums, power
@@ -145,10 +160,14 @@ class _Replicates:
         worth = WORTH * plain * (self.m // self.parts)
         return NestedFits.of(samples, self.integrand.d, len(worth), self.highest, worth)
 
-    def _corrections(self, kept: list[Array], sums: list[_PartSums]) -> Array:
-        """What is subtracted from the plain means (nets, fields): the mean of P over the net, less its integral."""
+    def _corrections(self, kept: list[Array], sums: list[_PartSums]) -> tuple[Array, Indices]:
+        """What is subtracted from the plain means, and the degrees of P, 0 for the plain mean: both (nets, fields).
+
+        That is the mean of P over the net, less its integral.
+        """
         fits = [self._fits(group, kept, sums) for group in self.groups]
         found = np.zeros((self.count, len(sums[0].means)))
+        degrees = np.zeros(found.shape, dtype=np.intp)
         for group, others in zip(self.groups, reversed(fits), strict=True):
             top = int(others.degrees.max(initial=0))
             if top == 0:
@@ -160,13 +179,13 @@ class _Replicates:
                 best = _best(parts, np.stack([sums[r].means[field] for r in group]))
                 chosen = np.take_along_axis(parts.mean(axis=-1), np.maximum(best, 0)[:, None], axis=1)[:, 0]
                 found[group, field] = np.where(best < 0, 0.0, chosen)
-        return found
+                degrees[group, field] = np.where(best < 0, 0, _candidate_degrees(others.degrees[field])[best])
+        return found, degrees
 
     def _candidates(self, fits: NestedFits, field: int, top: int) -> Array:
         """Coefficients (candidates, terms) for a component: its highest degrees, as of degree `top`."""
-        highest = fits.degrees[field]
-        degrees = range(max(1, highest - DEGREES_BELOW), highest + 1)
-        rows = [embedded(fits.coefficients[p][field : field + 1], self.integrand.d, p, top) for p in degrees]
+        degrees = _candidate_degrees(fits.degrees[field])
+        rows = [embedded(fits.coefficients[p][field : field + 1], self.integrand.d, p, top) for p in degrees.tolist()]
         return np.concatenate(rows)
 
     def _term_means(self, net: _core.SobolNet, degree: int) -> Array:
@@ -180,7 +199,8 @@ class _Replicates:
         means: Array = np.concatenate(found).reshape(self.parts, -1, len(terms)).mean(axis=1)
         return means
 
-    def _estimate(self, plain: Array, corrections: Array, sums: list[_PartSums], power: NDArray[np.intc]) -> Estimate:
+    def _estimate(self, corrections: Array, sums: list[_PartSums], power: NDArray[np.intc]) -> Estimate:
+        plain = np.stack([s.means.mean(axis=1) for s in sums])
         n, means = self.count * self.m, plain - corrections
         absolute, square = (np.mean(x, axis=0) for x in ([s.absolute for s in sums], [s.square for s in sums]))
         rounding = ROUNDING * self.integrand.epsilon * (absolute + np.abs(corrections).mean(axis=0))
@@ -208,6 +228,11 @@ class _PartSums:
         self.absolute += np.abs(values).sum(axis=1) / self.m
         self.square += np.square(values).sum(axis=1) / self.m
 
+    def rescale(self, shift: NDArray[np.intc]) -> None:
+        """The same of values times 2^shift, (fields,)."""
+        self.means, self.absolute = np.ldexp(self.means, shift[:, None]), np.ldexp(self.absolute, shift)
+        self.square = np.ldexp(self.square, 2 * shift)
+
 
 def _best(parts: Array, plain: Array) -> Indices:
     """For each net the candidate (nets,) with the least residuals on the others of its group, −1 for the plain mean.
@@ -217,11 +242,45 @@ def _best(parts: Array, plain: Array) -> Indices:
     the plain mean is hard to beat, and it is left only where a tenth of its squared error or less remains.
     """
     scores, of_plain = (plain[:, None] - parts).var(axis=-1), plain.var(axis=-1)
-    elsewhere, plain_elsewhere = scores.sum(axis=0) - scores, of_plain.sum() - of_plain
+    elsewhere, plain_elsewhere = _of_others(scores), _of_others(of_plain)
     best = np.argmin(elsewhere, axis=1)
     least = np.take_along_axis(elsewhere, best[:, None], axis=1)[:, 0]
     return np.where(least < WORTH * plain_elsewhere, best, -1)
 
 
+def _of_others(scores: Array) -> Array:
+    """For each net the sum over all others; a difference from the whole sum would hold the rounding of its own."""
+    return np.stack([np.delete(scores, r, axis=0).sum(axis=0) for r in range(len(scores))])
+
+
+def _candidate_degrees(highest: int) -> Indices:
+    """Those of a component, whose fits go up to the highest."""
+    return np.arange(max(1, highest - DEGREES_BELOW), highest + 1)
+
+
+def _told(degrees: Indices) -> tuple[str, ...]:
+    """What corrects the replicates, by component, from degrees (nets, fields); 0 is the plain mean.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from voroquad.integrals.replicates import _told
+    >>> _told(np.array([[6, 0], [6, 0], [0, 0], [6, 0]]))
+    ('polynomials of degree 6 in 3 of 4 replicates, plain mean in 1', 'plain mean')
+    """
+    names = [*(f"polynomials of degree {p}" for p in range(1, degrees.max(initial=0) + 1)), "plain mean"]
+    return told(names, (degrees.T[None] - 1) % len(names), "replicates")
+
+
+def _shift(values: Array, power: NDArray[np.intc], before: Array) -> NDArray[np.intc]:
+    """What brings components (fields,) to new units: of values (fields, n) far above theirs, or the first but 0."""
+    size, needed = np.frexp(_largest(values))
+    other = (size > 0) & ((before == 0) | (needed > power + ROOM))
+    return np.where(other, power - needed, 0).astype(np.intc)
+
+
 def _largest(values: Array) -> Array:
+    largest = np.maximum(values.max(axis=1), -values.min(axis=1))
+    if np.isfinite(largest).all():
+        return largest
     return np.abs(values).max(axis=1, initial=0, where=np.isfinite(values))

@@ -66,8 +66,8 @@ class QuadResult:
         the fewest of any component.
     rule : str, array of str, or dict or tuple of these
         The models that predicted the integrand, in the structure of func's values; empty if they are not known. Each
-        model is followed by the number of strata or colours that chose it. If the real and the imaginary part of a
-        component have different models, a bar separates them.
+        model is followed by the number of strata, colours or replicates that chose it. If the real and the imaginary
+        part of a component have different models, a bar separates them.
     warnings : tuple of IntegrationWarning
         The warnings of the call, each with its ``kind`` and ``details``.
     trials : tuple of Trial
