@@ -24,8 +24,9 @@ mv "$folder"/raw/*.tar.gz "$folder"
 "$folder/bare/bin/pip" install -q "$folder"/*.whl
 "$folder/bare/bin/voroquad" --version
 (cd "$folder/bare" && bin/python ../../../scripts/check_installed.py)
-"$folder/bare/bin/pip" install -q pytest hypothesis pyvoro2
+"$folder/bare/bin/pip" install -q "$(echo "$folder"/*.whl)[cluster,geo,study]" pytest hypothesis mpmath pyvoro2
 mkdir -p "$folder/checkout/tests"
 cp -r pyproject.toml docs "$folder/checkout"
 cp -r $(ls tests/*.py | grep -v /test_) tests/{geometry,rules,integrals} "$folder/checkout/tests"
-(cd "$folder/checkout" && ../bare/bin/python -m pytest -q -m 'not slow and not statistical' tests)
+(cd "$folder/checkout" && ../bare/bin/python -m pytest -q -m 'not slow and not statistical' tests \
+  --ignore tests/rules/test_error_scale.py -k 'not what_was_measured') # they need measured results, which are not there
