@@ -138,7 +138,8 @@ public:
     std::size_t draw(std::size_t part, unsigned threads, Pause &&pause = {}) {
         VOROQUAD_CHECK(part < parts_.size(), "PilotRule: there is no such part");
         drawn_.push_back(std::move(spare_));
-        auto &[cells, offsets] = drawn_.back();
+        auto &cells = drawn_.back().cells;
+        auto &offsets = drawn_.back().offsets;
         cells.clear();
         std::size_t n = 0;
         Part at = parts_[part];
@@ -159,9 +160,10 @@ public:
     }
 
     // The samples that draw() drew last, all first coordinates first: (D, n)
-    void samples(double *out, unsigned threads) const {
+    void samples(double *out, unsigned threads = 1) const {
         const double side = static_cast<double>(k_);
-        const auto &[cells, offsets] = drawn_.back();
+        const auto &cells = drawn_.back().cells;
+        const auto &offsets = drawn_.back().offsets;
         const std::size_t n = offsets.size() / D;
         const auto fill = [&](std::size_t begin, std::size_t end, unsigned) {
             for (std::size_t c = begin; c < end; ++c)
@@ -179,7 +181,8 @@ public:
     template <class Pause = NoPause>
     void add(const double *values, unsigned threads, Pause &&pause = {}) {
         VOROQUAD_CHECK(!drawn_.empty(), "PilotRule: no samples were drawn");
-        const auto &[cells, offsets] = drawn_.front();
+        const auto &cells = drawn_.front().cells;
+        const auto &offsets = drawn_.front().offsets;
         const std::size_t chunks = (cells.size() + cells_of_a_chunk - 1) / cells_of_a_chunk;
         const std::size_t n = offsets.size() / D;
         std::vector<detail::PilotSums> part(chunks * fields_);

@@ -39,7 +39,8 @@ def test_at_most_n_points_on_a_near_cubic_grid(d):
         shape = largest_grid(n, d)
         assert 0.5 * n - 2**d < math.prod(shape) <= n
         assert max(shape) - min(shape) <= 2
-        assert vq.quad(lambda x: x[0], np.zeros(d), np.ones(d), n_points=n, rng=1).n_evaluations == math.prod(shape)
+        r = vq.quad(lambda x: x[0], np.zeros(d), np.ones(d), n_points=n, adapt=False, rng=1)
+        assert r.n_evaluations == math.prod(shape)
 
 
 @pytest.mark.parametrize(
@@ -375,7 +376,7 @@ def test_bad_arguments_are_named(arguments, message):
 # ---------------------------------------------------------------------- tolerance, workers, libraries
 
 
-@pytest.mark.parametrize(("family", "rtol"), [("gaussian", 1e-3), ("kink", 1e-3), ("half-plane", 1e-2)])
+@pytest.mark.parametrize(("family", "rtol"), [("gaussian", 1e-6), ("kink", 1e-3), ("half-plane", 1e-2)])
 def test_refines_until_the_interval_is_small_enough(family, rtol):
     f = next(i for i in instances(2, 1, 3) if i.name == family)
     r = vq.quad(f, [0, 0], [1, 1], n_points=64, rtol=rtol, rng=1)

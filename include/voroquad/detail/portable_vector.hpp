@@ -8,6 +8,8 @@
 
 #include <voroquad/detail/instruction_set.hpp>
 
+#if !VOROQUAD_VECTORS
+
 namespace VOROQUAD::detail {
 
 class Mask {
@@ -61,3 +63,5 @@ inline void store(double *to, Vector v) {
 }
 
 } // namespace VOROQUAD::detail
+
+#endif

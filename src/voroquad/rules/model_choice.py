@@ -36,6 +36,10 @@ KRIGING = ("kriging", *smooth_models(1))
 #: Samples that tell kriging models apart.
 SCREENED = 384
 
+#: Part of the values that kriging with little noise is taken to miss at least: it rounds more than the other models,
+#: which are to predict what all of them predict to rounding, such as constants.
+ROUNDED = 3e-12
+
 #: Components of an integrand that are computed together: more take more memory.
 FIELDS_AT_ONCE = 64
 
@@ -149,6 +153,8 @@ def _choose(
     for first, end, some in zip(ends, ends[1:], candidates, strict=False):
         if in_question[first:end].any():
             judged[first:end] = scores(some.squares(pairs, values), pairs, count)
+    smooth = judged[1 : len(KRIGING)]
+    np.maximum(smooth, ROUNDED**2 * np.square(values).sum(axis=1)[:, None], out=smooth)
     best = _least(np.where(in_question, judged, np.inf))
     weights, residuals = np.zeros_like(values), np.zeros_like(values)
     for number, (which, of) in enumerate((which, some) for some in candidates for which in range(len(some.names))):
