@@ -118,6 +118,8 @@ def test_in_the_plane_a_rough_integrand_gets_the_pilot_rule():
     assert not rule(smooth(2)).startswith("pilot")
     both = rule(lambda x: np.stack([smooth(2)(x), peak(2, 0.02)(x)]))
     assert all(one.startswith("pilot") for one in both)
+    beside_0 = rule(lambda x: np.stack([smooth(2)(x), 0 * x[0]]))
+    assert not any(one.startswith("pilot") for one in beside_0)
 
 
 @pytest.mark.parametrize(

@@ -137,10 +137,10 @@ def rough(coarse: PilotRun) -> bool:
 def rougher(grid: PilotRun, bound: float) -> bool:
     """Whether the error that a grid leads to expect is more than that times the mean size of its values.
 
-    It must be so for each of the components that are not 0.
+    It is so for one of the components that are not 0, or all are 0.
     """
     size = grid.mean_size()
-    return bool(((grid.difficulty() > bound * size) | (size == 0)).all())
+    return bool(((size > 0) & (grid.difficulty() > bound * size)).any() or not size.any())
 
 
 def _with(n: int, found: Estimate) -> Estimate:
