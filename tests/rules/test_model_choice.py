@@ -297,3 +297,11 @@ def test_of_many_samples_only_the_model_of_the_screening_is_fitted(monkeypatch):
     choose(vq.sample("multi-jittered", 512, 3, sets=1, rng=1), edge)
     assert [n for n, _ in fitted] == [SCREENED, SCREENED, SCREENED, 512]
     assert fitted[-1][1] is MATERN_7
+
+
+def test_what_smooth_models_miss_at_least_knows_no_value_of_the_colour():
+    """A huge value makes rounding of smooth models count for all colours but its own."""
+    candidates = Constants([[1.0] * 4, [0.1] * 4, [2.0] * 4])
+    values = np.array([[0.0, 0.0, 1e13, 0.0]])
+    _, _, best = model_choice._choose([candidates], np.ones((3, 1, 4), bool), np.arange(4), values)
+    np.testing.assert_array_equal(best[0], [0, 0, 1, 0])

@@ -154,7 +154,7 @@ def _choose(
         if in_question[first:end].any():
             judged[first:end] = scores(some.squares(pairs, values), pairs, count)
     smooth = judged[1 : len(KRIGING)]
-    np.maximum(smooth, ROUNDED**2 * np.square(values).sum(axis=1)[:, None], out=smooth)
+    np.maximum(smooth, ROUNDED**2 * _squares_elsewhere(values, group, count), out=smooth)
     best = _least(np.where(in_question, judged, np.inf))
     weights, residuals = np.zeros_like(values), np.zeros_like(values)
     for number, (which, of) in enumerate((which, some) for some in candidates for which in range(len(some.names))):
@@ -165,6 +165,15 @@ def _choose(
             weights[fields] += taken[:, groups] @ of.weights(which, groups)
             residuals[fields] += np.where(taken[:, group], of.residuals(which, groups, values[fields]), 0)
     return weights, residuals, best
+
+
+def _squares_elsewhere(values: Array, group: Indices, count: int) -> Array:
+    """Σ f² over the samples of all groups but one: (fields, groups).
+
+    What a group's choice rests on must not know its values; a difference of sums would, by its rounding.
+    """
+    by_group = np.square(values) @ (group[:, None] == np.arange(count)).astype(np.float64)
+    return np.stack([np.delete(by_group, c, axis=1).sum(axis=1) for c in range(count)], axis=1)
 
 
 def _least(judged: Array) -> Indices:
