@@ -49,13 +49,9 @@ def register() -> None:
 
         def _begin(self) -> None:
             self.cross(1)  # which leaves the matrices as they are
-            self._kind = "joe-kuo"
+            self._kind, self.order = "joe-kuo", "none"
             super()._begin()
-            spp = self._per_pixel()
-            self.bits = (spp - 1).bit_length()
-            lane = dr.arange(mi.UInt32, self.wavefront_size())
-            pixel = lane // spp + self._window.first * self._window.width
-            self.number = lane % spp
+            pixel, self.number, self.bits = self._samples()
             self.row = pixel // self._window.width
             self.column = pixel - self.row * self._window.width
             self.side = (max(self._window.width, self._window.height) - 1).bit_length()

@@ -3,8 +3,8 @@
     python benchmarks/sampler_summary.py
 
 Reads both files and writes benchmarks/results/sampler_summary.csv, without rendering. A row counts the scenes for which
-all of its samplers have been measured by RENDERS renders: `scenes` of them, in `below_one` of which the ratio is below
-1; `worst` is the largest ratio, of the scene `worst_scene`. The best of Mitsuba's is that of `independent`,
+all of its samplers have been measured by RENDERS renders or more: `scenes` of them, in `below_one` of which the ratio
+is below 1; `worst` is the largest ratio, of the scene `worst_scene`. The best of Mitsuba's is that of `independent`,
 `stratified`, `multijitter` and `ldsampler` with the least MSE (`orthogonal` makes none of these numbers of samples).
 The setting of a render has the MSE of the candidates that its pilots took, on average, times the sum of what the pilot
 reckons that a sample of the candidate costs and of the pilot's part of the samples.
@@ -19,7 +19,7 @@ from pathlib import Path
 import numpy as np
 
 RESULTS = Path(__file__).parent / "results"
-RENDERS = 8
+RENDERS = 4
 MITSUBAS = ("independent", "stratified", "multijitter", "ldsampler")
 OWENSOBOL, WEIGHTS, ADAPTIVE = "owensobol sz", "weights", "adaptive"
 OURS = (OWENSOBOL, "owensobol joe-kuo", "owensobol sz none", ADAPTIVE, WEIGHTS, "weights of its own")

@@ -88,7 +88,8 @@ class Stage:
         """A sampler for everything; for objects in slices of time with times as it would draw them."""
         own = {"type": sampler} | properties
         if self.moves:
-            times = {"independent": "uniform", "ldsampler": "sobol", "owensobol": "sobol"}.get(sampler, "stratified")
+            strata = dict.fromkeys(("stratified", "multijitter", "orthogonal"), "stratified")
+            times = ({"independent": "uniform"} | strata).get(sampler, "sobol")
             return self.sets("time", times, seed, weighted=False, blend="off", all_else=own)
         return make_integrator("plain", own_integrator(self.scene), jitter=self.jitter, sampler=own)
 

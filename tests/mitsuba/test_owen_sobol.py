@@ -408,6 +408,62 @@ def test_wavefronts_of_one_sample_make_nets_too():
     assert all(is_net(np.array(drawn)[:, :, pixel].T) for pixel in range(32))
 
 
+def picked(own, pixels, spp, draws=1, start=0):
+    """Coordinates (2 · draws, pixels, spp) of some pixels, a sample of each at a time."""
+    own.pick(mi.UInt32(pixels), start)
+    own.set_samples_per_wavefront(1)
+    own.seed(0, len(pixels))
+    drawn = []
+    for _ in range(spp):
+        drawn.append([np.array(axis) for _ in range(draws) for axis in own.next_2d()])
+        own.advance()
+    return np.moveaxis(np.array(drawn), 0, -1)
+
+
+@pytest.mark.parametrize("order", ["morton", "none"])
+def test_picked_pixels_have_the_samples_of_the_whole_image(order):
+    pixels = [3, WIDTH + 1, 3 * WIDTH + 2]
+    own = sampler(sample_count=16, order=order, **SIZE)
+    whole = draw(own, 4)
+    np.testing.assert_array_equal(picked(own, pixels, 16, 2), whole[:, pixels])
+
+
+def test_slices_of_moving_objects_have_the_samples_of_the_whole_image(monkeypatch):
+    """Each slice has some pixels: their squares have nets together, as all pixels do."""
+    drawn = {}
+
+    def noted(self, sensor, own, index, corner):
+        found = camera_sample(self, sensor, own, index, corner)
+        for axes in zip(*(np.array(v) for v in (corner.x, corner.y, found.pixel.x, found.pixel.y)), strict=True):
+            drawn.setdefault((int(axes[0]), int(axes[1])), []).append(axes[2:])
+        return found
+
+    kind = type(plugin("reweighted", domain="time", slices=True))
+    camera_sample = kind.camera_sample
+    monkeypatch.setattr(kind, "camera_sample", noted)
+    scene = box("direct", {"type": "owensobol"}, shutter_close=1.0)
+    width, height = scene.sensors()[0].film().size()
+    motion = {"domain": "time", "slices": True, "weighted": False}
+    mi.render(scene, integrator=plugin("reweighted", **motion), spp=4, seed=0)
+    own = sampler(sample_count=4, width=int(width), height=int(height))
+    whole = draw(own, 2, pixels=int(width) * int(height))
+    got = np.array([[drawn[x, y] for x in range(width)] for y in range(height)])  # (height, width, spp, 2)
+    np.testing.assert_array_equal(np.moveaxis(got.reshape(-1, 4, 2), -1, 0), whole)
+
+
+def test_the_values_of_a_set_make_nets_with_each_coordinate_drawn():
+    """As sets of one coordinate are in rising order; in another order they make none."""
+    integrator = plugin("reweighted", domain="time", sampler="stratified", blend="off")
+    scene = box("direct", {"type": "owensobol"}, shutter_close=1.0)
+    sensor = scene.sensors()[0]
+    own, spp = integrator.prepare(sensor, 0, 16)
+    drawn = integrator.camera_rays(sensor, own).drawn
+    x, y, times = (np.array(axis).reshape(-1, spp) for axis in (drawn.pixel.x, drawn.pixel.y, drawn.time))
+    for axis in (x, y):
+        assert all(is_net(np.array(pair)) for pair in zip(axis, times, strict=True))
+        assert not is_net(np.array([axis[0], times[0][np.random.default_rng(0).permutation(spp)]]))
+
+
 def test_moving_objects_take_it():
     motion = {"domain": "time", "slices": True, "weighted": False}
     scenes = [box("direct", {"type": kind}, shutter_close=1.0) for kind in ("owensobol", "independent")]

@@ -89,6 +89,48 @@ def test_pixels_take_sets_of_the_half_of_a_checkerboard_they_lie_in(monkeypatch)
     assert halves == [(x + y) % 2 for y in sides for x in sides]
 
 
+@pytest.mark.parametrize(("order", "together"), [("morton", True), ("none", False)])
+def test_the_times_of_a_square_of_pixels_are_parts_of_one_set(monkeypatch, order, together):
+    """Every pixel has one in each quarter of the time, the four of a square one in each sixteenth."""
+    integrator, times = plugin(sampler="sobol", weighted=False), []
+    kind = type(integrator)
+    slices = kind._slices
+
+    def noted(self, *arguments):
+        *others, rows = arguments
+        rows = list(rows)
+        times.append([float(row[0]) for row in rows])
+        return slices(self, *others, rows)
+
+    monkeypatch.setattr(kind, "_slices", noted)
+    description = scene_dict()
+    description["sensor"]["sampler"] = {"type": "owensobol", "order": order}
+    for seed in range(3):
+        times.clear()
+        mi.render(mi.load_dict(description), integrator=integrator, spp=4, seed=seed)
+        drawn = np.array(times)
+        assert drawn.shape == (4, 4)
+        assert all(sorted(row) == [0, 1, 2, 3] for row in (drawn * 4).astype(int).tolist())
+        if together:
+            assert sorted((drawn * 16).astype(int).ravel()) == list(range(16))
+            assert (np.argsort(drawn, axis=0)[:, 0] != np.argsort(drawn, axis=0)[:, 1:].T).any()
+    assert together or len(set((drawn * 16).astype(int).ravel())) < 16
+
+
+def test_times_that_pixels_share_are_unbiased():
+    """Each time is uniform: the mean of f over images is its integral; that of the least time of a run is not."""
+    integrator = plugin(sampler="sobol", weighted=False)
+    own = mi.load_dict({"type": "owensobol", "sample_count": 4})
+    integrator._n = 4
+    drawn = np.array([integrator._shared_times(own, 8, seed) for seed in range(4000)])[..., 0]  # (seeds, pixels, spp)
+    assert drawn.shape == (4000, 4, 8)
+    f = (drawn**2).mean(-1)  # of each pixel
+    z = (f.mean(0) - 1 / 3) / (f.std(0, ddof=1) / np.sqrt(len(f)))
+    assert (np.abs(z) < 4).all()
+    least = (np.sort(drawn, axis=1)[:, 0] ** 2).mean(-1)
+    assert abs(least.mean() - 1 / 3) / (least.std(ddof=1) / np.sqrt(len(least))) > 4
+
+
 def test_a_scene_is_left_as_it_was():
     scene = mi.load_dict(scene_dict())
     still = mi.load_dict({"type": "direct"})

@@ -206,6 +206,8 @@ class Adaptive(Plain):
         film.prepare(self.aov_names())
         picked = mi.UInt32(pixels.astype(np.uint32))
         sampler = self._sampler_of(sensor, self.sharing.most(spp))
+        width, height = footprint.window
+        sampler.cover(width, height, range(height), order="none")
         sampler.pick(picked, start)
         sampler.cross(self.sharing.at_least)
         sampler.set_samples_per_wavefront(number)
@@ -213,8 +215,8 @@ class Adaptive(Plain):
 
         index = dr.arange(mi.UInt32, len(pixels) * number)
         pixel = dr.gather(mi.UInt32, picked, quotient(index, number))
-        row = pixel // int(footprint.window[0])
-        corner = mi.Point2i(mi.Int32(pixel - row * footprint.window[0]), mi.Int32(row))
+        row = pixel // int(width)
+        corner = mi.Point2i(mi.Int32(pixel - row * width), mi.Int32(row))
         corner += mi.ScalarPoint2i(film.crop_offset()) - footprint.border
         rays = self.rays_of(sensor, sampler, index, corner)
         values = self.values(scene, film, sampler, rays)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import drjit as dr
@@ -237,9 +238,11 @@ class Reweighted(Plain):
     def _upload(self, table: SampleTable) -> Floats:
         """Hand points, N·w and N·c to the device in its own precision, side by side.
 
-        Rows (sets, n, …) of a power of two numbers are read in one go. The noise contrasts c of the sets of one half
-        of a checkerboard of pixels do not depend on those of the other.
+        Rows (sets, n, …) of a power of two numbers are read in one go. Sets of one coordinate are in rising order:
+        sample i of n then has a value near i / n, and makes a net with what a sequence gives it (Hammersley). The
+        noise contrasts c of the sets of one half of a checkerboard of pixels do not depend on those of the other.
         """
+        table = _rising(table)
         d, below_one = table.d, np.nextafter(np.float32(1), np.float32(0))
         columns = d + 2 * self.weighted
         self._width = 1 << (columns - 1).bit_length()
@@ -407,3 +410,12 @@ class Reweighted(Plain):
             f"{type(self).__name__}[domain = {self.domain.name}, weighted = {self.weighted}, blend = {self.blend}, "
             f"{self._settings or self._file}, nested = {self.nested}]"
         )
+
+
+def _rising(table: SampleTable) -> SampleTable:
+    """The table, each set of one coordinate in rising order."""
+    if table.d > 1:
+        return table
+    order = np.argsort(table.points[..., 0], axis=1, kind="stable")
+    points = np.take_along_axis(table.points, order[..., None], axis=1)
+    return replace(table, points=points, weights=np.take_along_axis(table.weights, order, axis=1))

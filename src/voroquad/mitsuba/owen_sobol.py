@@ -146,18 +146,16 @@ class OwenSobol(mi.Sampler):
         self.order = self.order if order is None else order
         self._picked, self._start = None, 0
 
-    def pick(self, pixels: mi.UInt32, start: int) -> None:
-        """Set the pixels that the next wavefront samples, and the number of the first of their samples.
+    def pick(self, pixels: mi.UInt32, start: int = 0) -> None:
+        """Set the pixels that the next wavefront samples, of the image that `cover` has described.
 
         Parameters
         ----------
         pixels : mitsuba.UInt32
-            Numbers of pixels of the image, row by row. Each is scrambled by itself: it has the samples that it has with
-            ``order = none``.
+            Numbers of pixels of the image, row by row. Each has the samples that it has in the whole image.
         start : int
             That many samples of each pixel are left out.
         """
-        self._window, self.order = Window(), "none"
         self._picked, self._start = pixels, start
 
     def cross(self, samples: int) -> None:
@@ -191,7 +189,7 @@ class OwenSobol(mi.Sampler):
     def seed(self, seed: mi.UInt32, wavefront_size: int = 2**32 - 1) -> None:
         """Begin a wavefront: the samples of a pixel are consecutive, pixels go row by row."""
         super().seed(seed, wavefront_size)
-        pixels, lanes = self._window.pixels, self.wavefront_size()
+        pixels, lanes = 0 if self._picked is not None else self._window.pixels, self.wavefront_size()
         # Mitsuba seeds a wavefront of 1 after a render, to free memory
         if pixels and lanes % pixels and lanes > 1:
             window = self._window
@@ -215,28 +213,34 @@ class OwenSobol(mi.Sampler):
 
     def _per_pixel(self) -> int:
         """Samples of a pixel in this wavefront."""
+        if self._picked is not None:
+            return max(1, self.wavefront_size() // dr.width(self._picked))
         if self._window.pixels:
             return max(1, self.wavefront_size() // self._window.pixels)
         return self._per_wavefront or self.sample_count()
 
-    def _begin(self) -> None:
-        """Set index and key of each sample of the wavefront."""
+    def _samples(self) -> tuple[mi.UInt32, mi.UInt32, int]:
+        """Pixel and number of each sample of the wavefront, and the bits of numbers."""
         per_pixel = self._per_pixel()
         bits = (max(self.sample_count(), per_pixel) - 1).bit_length()
-        set_bits = (self._crossed - 1).bit_length() if self._crossed else bits
-        if self._tables is None or set_bits != self._set_bits:
-            self._tables, self._set_bits = mi.UInt32(nibble_tables(self._kind, set_bits)), set_bits
         lane = dr.arange(mi.UInt32, self.wavefront_size())
         pixel = quotient(lane, per_pixel)
         number = lane - pixel * dr.opaque(mi.UInt32, per_pixel) + dr.opaque(mi.UInt32, self._begun % 2**bits)
-        # Beyond the samples that were asked for, another sequence begins
-        seed = combine(self._seed, dr.opaque(mi.UInt32, self._begun >> bits))
-        window = self._window
         if self._picked is not None:
             pixel = dr.gather(mi.UInt32, self._picked, pixel)
-        elif window.pixels:
-            pixel += dr.opaque(mi.UInt32, window.first * window.width % 2**32)
-        if window.pixels and self.order == "morton":
+        elif self._window.pixels:
+            pixel += dr.opaque(mi.UInt32, self._window.first * self._window.width % 2**32)
+        return pixel, number, bits
+
+    def _begin(self) -> None:
+        """Set index and key of each sample of the wavefront."""
+        pixel, number, bits = self._samples()
+        set_bits = (self._crossed - 1).bit_length() if self._crossed else bits
+        if self._tables is None or set_bits != self._set_bits:
+            self._tables, self._set_bits = mi.UInt32(nibble_tables(self._kind, set_bits)), set_bits
+        # Beyond the samples that were asked for, another sequence begins
+        seed = combine(self._seed, dr.opaque(mi.UInt32, self._begun >> bits))
+        if self._window.pixels and self.order == "morton":
             place, self._key, place_bits = self._place(pixel, seed, BITS - bits)
             self._index, self._bits = place << bits | number, place_bits + bits
         else:

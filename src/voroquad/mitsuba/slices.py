@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import difflib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -11,6 +11,7 @@ import drjit as dr
 import mitsuba as mi
 import numpy as np
 
+from ..designs.sampling import sample
 from ..sample_tables import SampleTable
 from .accumulation import Footprint
 from .blend import Floats
@@ -58,7 +59,8 @@ class ReweightedSlices(Reweighted):
     -----
     With m² interleaved sets of N times, pixel (x, y) takes set (x mod m, y mod m). Each of the m² N times is a slice:
     the scene is set to it and one ray per pixel of that set is traced. So all rays of a slice share their time and
-    their weight; the scene is left as it was found.
+    their weight; the scene is left as it was found. With equal weights and the sampler ``owensobol`` in Morton order,
+    the m² sets of a square are parts of one set of m² N times.
     """
 
     def __init__(self, props: mi.Properties) -> None:
@@ -72,7 +74,7 @@ class ReweightedSlices(Reweighted):
         if single := next((name for name, track in self._tracks.items() if len(track.times) == 1), None):
             raise ValueError(f"{single!r} has a value at one time only; give its value at another time too")
         self.motion: dict[str, Course] = {}
-        self._row = 0  # of the table, for the current slice
+        self._slice: Floats = np.zeros(1)  # time, N·w and N·c of the current slice, as the table has them
         super().__init__(props)
         if self.domain.name != "time":
             raise ValueError(f"moving objects need domain 'time', got {self.domain.name!r}; set domain to 'time'")
@@ -102,8 +104,9 @@ class ReweightedSlices(Reweighted):
         """Means over the rays of each pixel of a band, slice by slice."""
         sampler, spp = self.prepare(sensor, seed, spp, self.aov_names(), number=number)
         columns, _ = Footprint(sensor.film()).window
-        band, seed = Footprint(sensor.film()).bands(spp)[number], band_seed(seed, number)
-        means = np.zeros(0)
+        band, key = Footprint(sensor.film()).bands(spp)[number], band_seed(seed, number)
+        shared = self._shared_times(sampler, spp, key)
+        means: Floats = np.zeros(0)
         with self._moving(scene) as set_time:
             for y in range(self.interleave):
                 for x in range(self.interleave):
@@ -111,11 +114,14 @@ class ReweightedSlices(Reweighted):
                     column, row = np.meshgrid(np.arange(x, columns, self.interleave), rows)
                     if column.size == 0:
                         continue
+                    rng = np.random.default_rng((x, y, key))
                     pixels = np.stack([column.ravel(), row.ravel()])
-                    of_pixels = self._slices(scene, sensor, sampler, set_time, pixels, (x, y, seed), spp)
+                    of_pixels = self._begun(sampler, sensor, pixels, seed, int(rng.integers(2**32)))
+                    slices = shared[x + self.interleave * y] if shared else self._rows(rng, (x + y) % 2, spp)
+                    found = self._slices(scene, sensor, of_pixels, set_time, pixels, slices) / spp
                     if means.size == 0:
-                        means = np.zeros((len(band), columns, of_pixels.shape[-1]))
-                    means[row - band.start, column] = of_pixels.reshape(*row.shape, -1)
+                        means = np.zeros((len(band), columns, found.shape[-1]))
+                    means[row - band.start, column] = found.reshape(*row.shape, -1)
         return means.reshape(len(band) * columns, -1)
 
     def _slices(
@@ -125,53 +131,68 @@ class ReweightedSlices(Reweighted):
         sampler: mi.Sampler,
         set_time: Callable[[float], None],
         pixels: Any,
-        key: tuple[int, int, int],
-        spp: int,
+        slices: Iterable[Floats],
     ) -> Floats:
-        """Means over the slices of the pixels (2, n) of the window that share their times."""
+        """Sums over slices of the pixels (2, n) of the window that share them."""
         film, footprint = sensor.film(), Footprint(sensor.film())
         corner = mi.Point2i(pixels.astype(np.int32)) + mi.ScalarPoint2i(film.crop_offset()) - footprint.border
         index = dr.arange(mi.UInt32, pixels.shape[1])
-        rng = np.random.default_rng(key)
-        sampler = sampler.clone()
-        if isinstance(sampler, OwenSobol):
-            sampler.cover(0, 0, range(0))  # the wavefront has every other pixel of every other row
-        sampler.set_samples_per_wavefront(1)
-        sampler.seed(dr.opaque(mi.UInt32, int(rng.integers(2**32))), pixels.shape[1])
-
         sums: list[mi.Float] = []
-        for slice_row in self._rows(rng, (key[0] + key[1]) % 2, spp):
-            self._row = slice_row
-            time = float(self._slices_of_table[self._row, 0])
-            set_time(sensor.shutter_open() + time * sensor.shutter_open_time())
+        for self._slice in slices:
+            set_time(sensor.shutter_open() + float(self._slice[0]) * sensor.shutter_open_time())
             values = self.columns(scene, film, sampler, self.rays_of(sensor, sampler, index, corner))
             sums = [s + v for s, v in zip(sums, values, strict=True)] if sums else values
             sampler.advance()
             sampler.schedule_state()
             dr.eval(sums)
         width = pixels.shape[1]
-        of_pixels = np.stack([np.broadcast_to(np.array(s, dtype=np.float64), width) for s in sums], -1)
-        return of_pixels / spp
+        return np.stack([np.broadcast_to(np.array(s, dtype=np.float64), width) for s in sums], -1)
 
-    def _rows(self, rng: np.random.Generator, half: int, spp: int) -> Iterator[int]:
+    def _begun(self, sampler: mi.Sampler, sensor: mi.Sensor, pixels: Any, seed: int, salt: int) -> mi.Sampler:
+        """A sampler for pixels (2, n), one sample at a time: `OwenSobol` draws what it draws in the whole image."""
+        sampler = sampler.clone()
+        sampler.set_samples_per_wavefront(1)
+        if isinstance(sampler, OwenSobol):
+            width, height = Footprint(sensor.film()).window
+            sampler.cover(width, height, range(height), order=self.pixel_order)
+            sampler.pick(mi.UInt32((pixels[1] * width + pixels[0]).astype(np.uint32)))
+        sampler.seed(dr.opaque(mi.UInt32, seed if isinstance(sampler, OwenSobol) else salt), pixels.shape[1])
+        return sampler
+
+    def _rows(self, rng: np.random.Generator, half: int, spp: int) -> Iterator[Floats]:
         """Rows of the table for `spp` slices: those of sets drawn from a half's."""
         halves = min(HALVES, self._sets)
         own = np.arange(half % halves, self._sets, halves)
         for chosen in rng.choice(own, spp // self._n):
-            yield from range(int(chosen) * self._n, (int(chosen) + 1) * self._n)
+            yield from self._rows_of_sets[chosen]
+
+    def _shared_times(self, sampler: mi.Sampler, spp: int, seed: int) -> list[Floats]:
+        """For each pixel of a square, the rows (spp, 1) of its slices; none where the table's sets are to be used.
+
+        Where pixels near each other complement each other, the sets of a square are parts of one set of as many times
+        together: of each run of neighbouring times, every pixel has one.
+        """
+        settings, squares = self._settings, self.interleave**2
+        if settings is None or self.weighted or not isinstance(sampler, OwenSobol) or sampler.order == "none":
+            return []
+        rng = np.random.default_rng((squares, seed))
+        parts = []
+        for _ in range(spp // self._n):
+            times = np.sort(sample(settings.design, squares * self._n, 1, rng=rng).points.ravel())
+            parts.append(rng.permuted(times.reshape(self._n, squares), axis=1))
+        return list(np.concatenate(parts).T[..., None])
 
     def _upload(self, table: SampleTable) -> Floats:
         """Keep times and weights here too: the scene is set to a time, and all rays of a slice have them in common."""
-        rows = super()._upload(table)
-        self._slices_of_table = rows.reshape(-1, rows.shape[-1])
-        return rows
+        self._rows_of_sets = super()._upload(table)
+        return self._rows_of_sets
 
     def camera_sample(
         self, sensor: mi.Sensor, sampler: mi.Sampler, index: mi.UInt32, corner: mi.Point2i
     ) -> CameraSample:
         """Draw the camera sample, at the time and with the weight of the slice."""
         drawn = Plain.camera_sample(self, sensor, sampler, index, corner)
-        time, *weights = (dr.opaque(mi.Float, float(value)) for value in self._slices_of_table[self._row])
+        time, *weights = (dr.opaque(mi.Float, float(value)) for value in self._slice)
         drawn.time = time
         if self.weighted:
             drawn.factor, drawn.noise = weights[:2]
