@@ -1,16 +1,93 @@
 // voroquad._core: covariances.
 #include "arrays.hpp"
 
+#include <memory>
 #include <string>
+#include <variant>
+
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/vector.h>
 
 #include <voroquad/detail/fits/covariances.hpp>
+#include <voroquad/detail/fits/global_fits.hpp>
+#include <voroquad/detail/fits/left_out.hpp>
 #include <voroquad/detail/memory.hpp>
 
 using namespace voroquad::detail;
 
-namespace {
-
 using Points = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Numbers1 = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Indices1 = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Pairs = nb::ndarray<const std::int64_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+
+inline std::vector<std::size_t> indices(const std::int64_t *from, std::size_t n) {
+    return {from, from + n};
+}
+
+namespace VOROQUAD::detail { // apart for each level of the processor: Python sees all modules
+
+// The process of either correlation, with the points that it reads
+class Predictions {
+public:
+    Predictions(const SampleGroups &groups, const std::string &correlation, Points points,
+                const AssumedProcess &assumed, unsigned threads)
+        : n_(groups.samples()), points_(points.data(), points.data() + points.size()) {
+        if (correlation == "matern7") make<Matern7>(groups, assumed, threads);
+        else if (correlation == "matern9") make<Matern9>(groups, assumed, threads);
+        else make<Gaussian>(groups, assumed, threads);
+    }
+
+    Array<double> squares(Pairs pairs, Rows values) const {
+        const std::size_t count = pairs.shape(0), fields = values.shape(0);
+        std::vector<double> out(fields * count * 2);
+        const auto u = indices(pairs.data(), pairs.size());
+        visit([&](const auto &one) {
+            one.squares(u.data(), count, values.data(), fields, out.data());
+        });
+        return own(std::move(out), {fields, count, 2});
+    }
+
+    Array<double> residuals(Indices1 some, Rows values) const {
+        const std::size_t fields = values.shape(0);
+        std::vector<double> out(fields * n_);
+        const auto u = indices(some.data(), some.size());
+        visit([&](const auto &one) {
+            one.residuals(u.data(), u.size(), values.data(), fields, out.data());
+        });
+        return own(std::move(out), {fields, n_});
+    }
+
+    Array<double> weights(Indices1 some) const {
+        std::vector<double> out(some.size() * n_);
+        const auto u = indices(some.data(), some.size());
+        visit([&](const auto &one) { one.weights(u.data(), u.size(), out.data()); });
+        return own(std::move(out), {u.size(), n_});
+    }
+
+private:
+    template <class Correlation>
+    void make(const SampleGroups &groups, const AssumedProcess &assumed, unsigned threads) {
+        nb::gil_scoped_release release;
+        kriging_ =
+            std::make_unique<LeftOutKriging<Correlation>>(groups, points_.data(), assumed, threads);
+    }
+    template <class Use>
+    void visit(Use &&use) const {
+        nb::gil_scoped_release release;
+        std::visit([&](const auto &one) { use(*one); }, kriging_);
+    }
+
+    std::size_t n_;
+    std::vector<double> points_;
+    std::variant<std::unique_ptr<LeftOutKriging<Matern7>>, std::unique_ptr<LeftOutKriging<Matern9>>,
+                 std::unique_ptr<LeftOutKriging<Gaussian>>>
+        kriging_;
+};
+
+} // namespace VOROQUAD::detail
+
+namespace {
 
 template <class Correlation>
 Array<double> matrix(Points points, double length, unsigned threads) {
@@ -44,10 +121,120 @@ void bind_covariance(nb::module_ &m, const std::string &name) {
           "threads"_a, "The covariances (m, n) between points (m, d) `at` and points (n, d).");
 }
 
+void bind_left_out(nb::module_ &m) {
+    nb::class_<SampleGroups>(m, "SampleGroups")
+        .def(
+            "__init__",
+            [](SampleGroups *self, Indices1 group, std::size_t groups, Numbers1 own) {
+                new (self) SampleGroups;
+                self->members.resize(groups);
+                for (std::size_t i = 0; i < group.size(); ++i)
+                    self->members[static_cast<std::size_t>(group(i))].push_back(i);
+                self->own.assign(own.data(), own.data() + own.size());
+            },
+            "group"_a, "groups"_a, "own"_a)
+        .def(
+            "add_axis",
+            [](SampleGroups &self, Numbers1 low, Numbers1 high, Indices1 part, std::size_t parts) {
+                self.axes.push_back({{low.data(), low.data() + low.size()},
+                                     {high.data(), high.data() + high.size()},
+                                     indices(part.data(), part.size()),
+                                     parts});
+            },
+            "low"_a, "high"_a, "part"_a, "parts"_a,
+            "Intervals (m,) of the next axis, and the parts that they belong to.");
+    nb::class_<Predictions>(m, "LeftOutKriging")
+        .def(
+            "__init__",
+            [](Predictions *self, const SampleGroups &groups, const std::string &correlation,
+               Points points, double length, double noise, Rows at_samples, Rows over_groups,
+               std::vector<std::size_t> terms, unsigned threads) {
+                new (self) Predictions(
+                    groups, correlation, points,
+                    {length, noise, at_samples.data(), over_groups.data(), terms}, threads);
+            },
+            "groups"_a, "correlation"_a, "points"_a, "length"_a, "noise"_a, "at_samples"_a,
+            "over_groups"_a, "terms"_a, "threads"_a, nb::keep_alive<1, 2>())
+        .def("squares", &Predictions::squares, "pairs"_a, "values"_a,
+             "What predictions without two groups miss of values (fields, n), squared and added up "
+             "over either: (fields, pairs, 2).")
+        .def("residuals", &Predictions::residuals, "groups"_a, "values"_a,
+             "What predictions without groups, one by one, miss of values (fields, n).")
+        .def("weights", &Predictions::weights, "groups"_a,
+             "What each value counts in the parts of the estimate that belong to groups: (groups, "
+             "n).");
+}
+
+void bind_global_fits(nb::module_ &m) {
+    m.def(
+        "legendre_products",
+        [](Points points, Pairs powers) {
+            const std::size_t n = points.shape(0), terms = powers.shape(0);
+            std::vector<double> out(n * terms);
+            legendre_products(points.data(), n, points.shape(1), powers.data(), terms, out.data());
+            return own(std::move(out), {n, terms});
+        },
+        "points"_a, "powers"_a,
+        "Products of Legendre polynomials with degrees (terms, d), orthonormal in the mean over "
+        "the "
+        "unit box, at points (n, d): (n, terms).");
+    nb::class_<GlobalFits>(m, "GlobalFits")
+        .def(
+            "__init__",
+            [](GlobalFits *self, const SampleGroups &groups, Rows terms, Rows integrals,
+               std::vector<std::size_t> counts) {
+                nb::gil_scoped_release release;
+                new (self) GlobalFits(groups, terms.data(), integrals.data(), std::move(counts));
+            },
+            "groups"_a, "terms"_a, "integrals"_a, "counts"_a, nb::keep_alive<1, 2>())
+        .def_prop_ro("independent", &GlobalFits::independent,
+                     "Whether the samples determine all terms; if not, nothing is fitted.")
+        .def(
+            "squares",
+            [](const GlobalFits &self, Pairs pairs, Rows values) {
+                const std::size_t count = pairs.shape(0), fields = values.shape(0);
+                std::vector<double> out(self.degrees() * fields * count * 2);
+                {
+                    nb::gil_scoped_release release;
+                    const auto u = indices(pairs.data(), pairs.size());
+                    self.squares(u.data(), count, values.data(), fields, out.data());
+                }
+                return own(std::move(out), {self.degrees(), fields, count, 2});
+            },
+            "pairs"_a, "values"_a,
+            "What fits without two groups miss of values (fields, n), squared and added up over "
+            "either: (degrees, fields, pairs, 2).")
+        .def(
+            "residuals",
+            [](GlobalFits &self, std::size_t degree, Indices1 some, Rows values) {
+                const std::size_t fields = values.shape(0), n = values.shape(1);
+                std::vector<double> out(fields * n);
+                const auto u = indices(some.data(), some.size());
+                self.residuals(degree, u.data(), u.size(), values.data(), fields, out.data());
+                return own(std::move(out), {fields, n});
+            },
+            "degree"_a, "groups"_a, "values"_a,
+            "What fits without groups, one by one, miss of values (fields, n).")
+        .def(
+            "weights",
+            [](GlobalFits &self, std::size_t degree, Indices1 some) {
+                const std::size_t n = self.samples();
+                std::vector<double> out(some.size() * n);
+                const auto u = indices(some.data(), some.size());
+                self.weights(degree, u.data(), u.size(), out.data());
+                return own(std::move(out), {u.size(), n});
+            },
+            "degree"_a, "groups"_a,
+            "What each value counts in the parts of the estimate that belong to groups: (groups, "
+            "n).");
+}
+
 } // namespace
 
 void bind_kriging(nb::module_ &m) {
     bind_covariance<Matern7>(m, "matern7");
     bind_covariance<Matern9>(m, "matern9");
     bind_covariance<Gaussian>(m, "gaussian");
+    bind_left_out(m);
+    bind_global_fits(m);
 }

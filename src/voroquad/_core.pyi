@@ -206,6 +206,105 @@ def gaussian_between(
     threads: int,
 ) -> NDArray[numpy.float64]: ...
 
+class SampleGroups:
+    def __init__(
+        self,
+        group: Annotated[NDArray[numpy.int64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+        groups: int,
+        own: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    ) -> None: ...
+    def add_axis(
+        self,
+        low: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+        high: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+        part: Annotated[NDArray[numpy.int64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+        parts: int,
+    ) -> None: ...
+
+class LeftOutKriging:
+    def __init__(
+        self,
+        groups: SampleGroups,
+        correlation: str,
+        points: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        length: float,
+        noise: float,
+        at_samples: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        over_groups: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        terms: Sequence[int],
+        threads: int,
+    ) -> None: ...
+    def squares(
+        self,
+        pairs: Annotated[
+            NDArray[numpy.int64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        values: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+    ) -> NDArray[numpy.float64]: ...
+    def residuals(
+        self,
+        groups: Annotated[NDArray[numpy.int64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+        values: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+    ) -> NDArray[numpy.float64]: ...
+    def weights(
+        self,
+        groups: Annotated[NDArray[numpy.int64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    ) -> NDArray[numpy.float64]: ...
+
+def legendre_products(
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    powers: Annotated[NDArray[numpy.int64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
+) -> NDArray[numpy.float64]: ...
+
+class GlobalFits:
+    def __init__(
+        self,
+        groups: SampleGroups,
+        terms: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        integrals: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        counts: Sequence[int],
+    ) -> None: ...
+    @property
+    def independent(self) -> bool: ...
+    def squares(
+        self,
+        pairs: Annotated[
+            NDArray[numpy.int64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+        values: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+    ) -> NDArray[numpy.float64]: ...
+    def residuals(
+        self,
+        degree: int,
+        groups: Annotated[NDArray[numpy.int64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+        values: Annotated[
+            NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+        ],
+    ) -> NDArray[numpy.float64]: ...
+    def weights(
+        self,
+        degree: int,
+        groups: Annotated[NDArray[numpy.int64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    ) -> NDArray[numpy.float64]: ...
+
 class PilotRule1:
     def __init__(
         self,

@@ -1,5 +1,6 @@
 // Prints results of all kernels that work on vectors, to the last bit: of cells, of fits in blocks
-// of strata and of the pilot rule. However the core is compiled, they are the same.
+// of strata, of the pilot rule and of models with groups left out. However the core is compiled,
+// they are the same.
 #include <array>
 #include <cmath>
 #include <cstddef>
@@ -8,6 +9,8 @@
 #include <vector>
 
 #include <voroquad/cells.hpp>
+#include <voroquad/detail/fits/global_fits.hpp>
+#include <voroquad/detail/fits/left_out.hpp>
 #include <voroquad/local_fit.hpp>
 #include <voroquad/neighbours.hpp>
 #include <voroquad/pilot.hpp>
@@ -82,6 +85,40 @@ void print_pilot() {
     print("square", {rule.sums(0).square});
 }
 
+// Kriging and polynomials without groups, and what they rest on
+void print_left_out() {
+    const std::size_t n = 75, terms = 6;
+    const std::vector<double> x = points<2>(n);
+    voroquad::detail::SampleGroups groups;
+    groups.members.resize(3);
+    groups.own.assign(n, 1.0);
+    for (std::size_t i = 0; i < n; ++i) groups.members[i % 3].push_back(i);
+    groups.axes = {{{0.0}, {1.0}, {0}, 1}, {{0.0, 0.3, 0.6}, {0.3, 0.6, 1.0}, {0, 1, 2}, 3}};
+    const std::vector<std::int64_t> powers{0, 0, 1, 0, 0, 1, 2, 0, 1, 1, 0, 2};
+    std::vector<double> at(n * terms), over(3 * terms), values(n);
+    voroquad::detail::legendre_products(x.data(), n, 2, powers.data(), terms, at.data());
+    for (std::size_t g = 0; g < 3; ++g) over[g * terms] = 1.0 / 3.0;
+    for (std::size_t i = 0; i < n; ++i) values[i] = std::sqrt(x[2 * i] + 2.0 * x[2 * i + 1]);
+    const std::vector<std::size_t> pairs{0, 1, 1, 2}, all{0, 1, 2};
+    const voroquad::detail::LeftOutKriging<voroquad::detail::Matern9> kriging(
+        groups, x.data(), {0.5, 1e-6, at.data(), over.data(), {1, 3, 6}});
+    std::vector<double> squares(4), residuals(n), weights(3 * n);
+    kriging.squares(pairs.data(), 2, values.data(), 1, squares.data());
+    kriging.residuals(all.data(), 3, values.data(), 1, residuals.data());
+    kriging.weights(all.data(), 3, weights.data());
+    print("kriging", squares);
+    print("kriging", residuals);
+    print("kriging", weights);
+    voroquad::detail::GlobalFits fits(groups, at.data(), over.data(), {3, 6});
+    squares.resize(8);
+    fits.squares(pairs.data(), 2, values.data(), 1, squares.data());
+    fits.residuals(1, all.data(), 3, values.data(), 1, residuals.data());
+    fits.weights(1, all.data(), 3, weights.data());
+    print("fits", squares);
+    print("fits", residuals);
+    print("fits", weights);
+}
+
 } // namespace
 
 int main() {
@@ -89,4 +126,5 @@ int main() {
     print_cells<3>();
     print_fits();
     print_pilot();
+    print_left_out();
 }

@@ -14,6 +14,7 @@
 #include <voroquad/bias.hpp>
 #include <voroquad/boundary_control.hpp>
 #include <voroquad/detail/fits/covariances.hpp>
+#include <voroquad/detail/fits/dense.hpp>
 #include <voroquad/detail/fits/nearest_fit.hpp>
 #include <voroquad/detail/gauss.hpp>
 #include <voroquad/local_fit.hpp>
@@ -164,7 +165,58 @@ void check_covariances() {
 
 } // namespace
 
+// Factors, inverses, condition numbers and elimination of a matrix that is known
+void check_dense() {
+    using namespace voroquad::detail;
+    for (const std::size_t n : {std::size_t{1}, std::size_t{9}, std::size_t{70}}) {
+        const std::vector<double> random = random_numbers(n * n);
+        Matrix a(n, n), full(n, n), right(n, 2);
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t j = i; j < n; ++j) {
+                a(i, j) = random[i * n + j] + (i == j ? static_cast<double>(n) : 0.0);
+                full(i, j) = full(j, i) = a(i, j);
+            }
+        for (std::size_t i = 0; i < n; ++i)
+            for (std::size_t j = 0; j < n; ++j) {
+                right(i, 0) += full(i, j) * static_cast<double>(j + 1);
+                right(i, 1) -= full(i, j);
+            }
+        const Cholesky factor(a, n);
+        require_equal(static_cast<double>(factor.known()), static_cast<double>(n), 0.0, "rows");
+        const Matrix inverse = factor.inverse(2);
+        Matrix solved = right, eliminated = right;
+        factor.forward(solved);
+        factor.back(solved);
+        full(0, 0) = -full(0, 0); // elimination takes any matrix
+        eliminated(0, 0) += 2 * full(0, 0);
+        eliminated(0, 1) -= 2 * full(0, 0);
+        eliminate(full, n, eliminated);
+        for (std::size_t i = 0; i < n; ++i) {
+            double product = 0.0;
+            for (std::size_t j = 0; j < n; ++j)
+                product += inverse(std::min(i, j), std::max(i, j)) * right(j, 0);
+            for (const double x : {solved(i, 0), eliminated(i, 0), product})
+                require_equal(x, static_cast<double>(i + 1), 1e-11, "a solution");
+            require_equal(solved(i, 1), -1.0, 1e-12, "the second solution");
+            require_equal(eliminated(i, 1), -1.0, 1e-12, "the second solution by elimination");
+        }
+    }
+    // A diagonal matrix, turned in the plane of its first and last axis
+    Matrix a(5, 5);
+    for (std::size_t i = 0; i < 5; ++i) a(i, i) = std::pow(100.0, static_cast<double>(i));
+    const double least = a(0, 0), most = a(4, 4), c = 0.8, s = 0.6;
+    a(0, 0) = c * c * least + s * s * most;
+    a(0, 4) = c * s * (most - least);
+    a(4, 4) = s * s * least + c * c * most;
+    const Cholesky factor(a, 5);
+    require_equal(well_conditioned(factor, 5, 1.001e4), 1.0, 0.0, "a condition number below");
+    require_equal(well_conditioned(factor, 5, 0.999e4), 0.0, 0.0, "a condition number above");
+    a(3, 3) = -1.0;
+    require_equal(static_cast<double>(Cholesky(a, 5).known()), 3.0, 0.0, "positive pivots");
+}
+
 int main() {
+    check_dense();
     check_bias<2>(voroquad::UniformDesign<2>(5), {2, 2}, 2e-3);
     check_bias<3>(voroquad::UniformDesign<3>(2), {1, 1, 1}, 5e-3);
     check_bias<2>(voroquad::StratifiedDesign<2>({2, 3}), {2, 3}, 2e-3);

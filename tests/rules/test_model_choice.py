@@ -12,7 +12,6 @@ from voroquad.rules import model_choice
 from voroquad.rules.covariances import MATERN_7
 from voroquad.rules.global_fits import GlobalFits, degrees
 from voroquad.rules.groups import Groups
-from voroquad.rules.kriging import Kriging
 from voroquad.rules.kriging_rules import krige_strata, strata_in_colours
 from voroquad.rules.model_choice import (
     HYSTERESIS,
@@ -23,7 +22,7 @@ from voroquad.rules.model_choice import (
     partners,
     scores,
 )
-from voroquad.rules.tiled_kriging import spread_out, tiles
+from voroquad.rules.tiled_kriging import TiledKriging, spread_out, tiles
 
 
 def smooth(points):
@@ -287,13 +286,13 @@ def test_screening_knows_neither_values_nor_positions_of_the_colour():
 
 def test_of_many_samples_only_the_model_of_the_screening_is_fitted(monkeypatch):
     fitted = []
-    original = Kriging.__init__
+    original = TiledKriging._prediction
 
-    def counted(self, points, assumed, threads=1):
-        fitted.append((len(points), assumed.covariance))
-        original(self, points, assumed, threads)
+    def counted(self, tile, points):
+        fitted.append((len(points), self._assumed.covariance))
+        return original(self, tile, points)
 
-    monkeypatch.setattr(Kriging, "__init__", counted)
+    monkeypatch.setattr(TiledKriging, "_prediction", counted)
     choose(vq.sample("multi-jittered", 512, 3, sets=1, rng=1), edge)
     assert [n for n, _ in fitted] == [SCREENED, SCREENED, SCREENED, 512]
     assert fitted[-1][1] is MATERN_7

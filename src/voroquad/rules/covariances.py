@@ -19,6 +19,8 @@ class Covariance:
 
     Attributes
     ----------
+    name : str
+        What the core calls it.
     matrix : callable
         From points (n, d), the correlation length and the number of threads to all k, (n, n).
     between : callable
@@ -27,6 +29,7 @@ class Covariance:
         From t / length to the integral of M from 0 to |t|, divided by the length.
     """
 
+    name: str
     matrix: Callable[[Array, float, int], Array]
     between: Callable[[Array, Array, float, int], Array]
     antiderivative: Callable[[Array], Array]
@@ -64,10 +67,10 @@ def _of_gaussian(t: Array) -> Array:
 
 
 #: Matérn's of smoothness 7/2: functions with three derivatives.
-MATERN_7 = Covariance(_core.matern7_matrix, _core.matern7_between, _of_matern7)
+MATERN_7 = Covariance("matern7", _core.matern7_matrix, _core.matern7_between, _of_matern7)
 
 #: Matérn's of smoothness 9/2: functions with four derivatives.
-MATERN_9 = Covariance(_core.matern9_matrix, _core.matern9_between, _of_matern9)
+MATERN_9 = Covariance("matern9", _core.matern9_matrix, _core.matern9_between, _of_matern9)
 
 #: The Gaussian: analytic functions.
-GAUSSIAN = Covariance(_core.gaussian_matrix, _core.gaussian_between, _of_gaussian)
+GAUSSIAN = Covariance("gaussian", _core.gaussian_matrix, _core.gaussian_between, _of_gaussian)

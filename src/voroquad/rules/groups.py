@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
+from .. import _core
 from .._support.arrays import Array, Indices
 
 
@@ -42,7 +44,15 @@ class Groups:
         first = np.argsort(~member, axis=1, kind="stable")[:, :size]
         return cls(first, np.take_along_axis(member, first, axis=1).astype(np.float64))
 
-    def pick(self, rows: Array) -> Array:
-        """The rows (groups, size, columns) of members among those (n, columns) of all samples; 0 for no member."""
-        picked: Array = rows[self.members] * self.real[..., None]
-        return picked
+    @cached_property
+    def of_each(self) -> Indices:
+        """The group (n,) of each sample."""
+        real = self.real > 0
+        group = np.empty(np.count_nonzero(real), dtype=np.intp)
+        group[self.members[real]] = np.nonzero(real)[0]
+        return group
+
+    @cached_property
+    def in_core(self) -> _core.SampleGroups:
+        """What the core is to know of them."""
+        return _core.SampleGroups(self.of_each, len(self.members), np.ones(len(self.of_each)))

@@ -6,10 +6,11 @@ import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property, lru_cache, reduce
+from functools import cached_property, lru_cache
 
 import numpy as np
 
+from .. import _core
 from .._support.arrays import Array, Indices
 
 
@@ -40,9 +41,8 @@ def powers_up_to(degree: int, d: int) -> Indices:
 
 def at_points(points: Array, powers: Indices) -> Array:
     """The products (..., terms) at points (..., d) of the unit box."""
-    degree = int(powers.max(initial=0))
-    factors = [legendre(2 * points[..., a] - 1, degree) for a in range(points.shape[-1])]
-    return reduce(np.multiply, (f[..., powers[:, a]] for a, f in enumerate(factors)))
+    rows = np.ascontiguousarray(points).reshape(-1, points.shape[-1])
+    return _core.legendre_products(rows, powers).reshape(*points.shape[:-1], len(powers))
 
 
 def over_boxes(axes: Sequence[Intervals], powers: Indices) -> Array:

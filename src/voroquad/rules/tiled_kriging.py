@@ -9,15 +9,18 @@ part of the distribution of each group: docs/theory.md, (19) to (21).
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 
 import numpy as np
 
+from .. import _core
 from .._support.arrays import Array, Indices
+from . import polynomials
 from .groups import Groups
-from .kriging import Kriging, Model, model
+from .kriging import Model, model
 from .kriging_rules import strata_in_colours
 from .polynomials import Intervals
 
@@ -46,6 +49,14 @@ class Tile:
     own: Array
     groups: Groups
     axes: tuple[Intervals, ...]
+
+    @cached_property
+    def in_core(self) -> _core.SampleGroups:
+        """What the core is to know of it."""
+        known = _core.SampleGroups(self.groups.of_each, len(self.groups.members), self.own)
+        for axis in self.axes:
+            known.add_axis(axis.low, axis.high, axis.part.astype(np.intp), axis.parts)
+        return known
 
 
 @lru_cache(maxsize=32)
@@ -124,27 +135,30 @@ class TiledKriging:
         self._points, self._assumed, self._threads = points, assumed, threads
 
     @cached_property
-    def _predictions(self) -> list[_Prediction]:
+    def _predictions(self) -> list[_core.LeftOutKriging]:
         """Of the tiles; what is never asked for costs nothing."""
-        return [_Prediction(tile, self._assumed, self._points[tile.strata], self._threads) for tile in self._tiles]
+        return [self._prediction(tile, np.ascontiguousarray(self._points[tile.strata])) for tile in self._tiles]
+
+    def _prediction(self, tile: Tile, points: Array) -> _core.LeftOutKriging:
+        n, d = points.shape
+        own = tile_model(self._assumed, n, d)
+        powers = polynomials.powers_up_to(own.degree, d)
+        return _core.LeftOutKriging(
+            tile.in_core, own.covariance.name, points, own.length, own.noise,
+            polynomials.at_points(points, powers), polynomials.over_boxes(tile.axes, powers),
+            [math.comb(p + d, d) for p in range(own.degree + 1)], self._threads,
+        )  # fmt: skip
 
     def squares(self, pairs: Indices, values: Array) -> Array:
         """As :class:`voroquad.rules.model_choice.Candidates` has it."""
-        squares = np.zeros((1, len(values), *pairs.shape))
-        for tile, prediction in zip(self._tiles, self._predictions, strict=True):
-            missed = prediction.missed(pairs, values[:, tile.strata])
-            counted = np.square(missed) * tile.own[prediction.samples(pairs)][..., None]
-            squares[0] += np.moveaxis(counted.reshape(*pairs.shape, -1, len(values)).sum(axis=2), -1, 0)
-        return squares
+        squares = sum(p.squares(pairs, v) for p, v in self._by_tile(values))
+        return np.asarray(squares)[None]
 
     def residuals(self, which: int, groups: Indices, values: Array) -> Array:
         """As :class:`voroquad.rules.model_choice.Candidates` has it."""
         residuals = np.zeros_like(values)
-        for tile, prediction in zip(self._tiles, self._predictions, strict=True):
-            members = tile.groups.members[groups]
-            told = (tile.groups.real[groups] * tile.own[members]).astype(bool)
-            missed = prediction.missed(groups[:, None], values[:, tile.strata])
-            residuals[:, tile.strata[members[told]]] = missed[told].T
+        for tile, (prediction, v) in zip(self._tiles, self._by_tile(values), strict=True):
+            residuals[:, tile.strata] += prediction.residuals(groups, v)
         return residuals
 
     def weights(self, which: int, groups: Indices) -> Array:
@@ -154,35 +168,7 @@ class TiledKriging:
             weights[:, tile.strata] += prediction.weights(groups)
         return weights
 
-
-class _Prediction:
-    """What is predicted of a tile."""
-
-    def __init__(self, tile: Tile, assumed: Model, points: Array, threads: int):
-        self._tile = tile
-        self.kriging = Kriging(points, tile_model(assumed, *points.shape), threads)
-
-    def samples(self, sets: Indices) -> Indices:
-        """The members (sets, size) of sets of groups (sets, groups)."""
-        return self._tile.groups.members[sets].reshape(len(sets), -1)
-
-    def missed(self, sets: Indices, values: Array) -> Array:
-        """What predictions without sets of groups (sets, groups) miss of values (fields, n): (sets, size, fields)."""
-        return self.solve(sets, self.kriging.apply(values).T[self.samples(sets)])
-
-    def solve(self, sets: Indices, right: Array) -> Array:
-        """B_uu⁻¹ times right-hand sides (sets, size, fields) for the samples u of each set of groups; 0 elsewhere."""
-        real = self._tile.groups.real[sets].reshape(len(sets), -1)
-        blocks = self.kriging.blocks(self.samples(sets)) * real[:, :, None] * real[:, None, :]
-        diagonal = np.arange(real.shape[1])
-        blocks[:, diagonal, diagonal] += 1 - real
-        return np.asarray(np.linalg.solve(blocks, right * real[..., None]), dtype=np.float64)
-
-    def weights(self, groups: Indices) -> Array:
-        """v + B y with y_c = B_cc⁻¹ (1 − v_c), where 1 stands for samples that are predicted: (groups, n)."""
-        v = self.kriging.integrals(self.kriging.over_boxes(self._tile.axes))[groups]
-        members = self._tile.groups.members[groups]
-        missing = np.take_along_axis(self._tile.own - v, members, axis=1)
-        y = np.zeros_like(v)
-        np.put_along_axis(y, members, self.solve(groups[:, None], missing[..., None])[..., 0], axis=1)
-        return v + self.kriging.apply(y)
+    def _by_tile(self, values: Array) -> Iterator[tuple[_core.LeftOutKriging, Array]]:
+        """The prediction of each tile, and the values (fields, n) of its samples."""
+        for tile, prediction in zip(self._tiles, self._predictions, strict=True):
+            yield prediction, np.ascontiguousarray(values[:, tile.strata])

@@ -7,8 +7,11 @@
 #pragma once
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include <voroquad/detail/instruction_set.hpp>
@@ -16,11 +19,44 @@
 
 namespace VOROQUAD::detail {
 
+// e^x for x ≤ 0 to about one unit in the last place; 0 to rounding below e^−708. It has no branch
+// and no table, so compilers compute as many at once as fit a vector, with the same bits.
+inline double exp_of_negative(double x) {
+    // t = 2^k e^r with |r| ≤ ln 2 / 2. Adding this number leaves k in the last bits.
+    constexpr double shift = 0x1.8p52, per_log2 = 0x1.71547652b82fep0;
+    constexpr double log2 = 0x1.62e42feep-1, rest_of_log2 = 0x1.a39ef35793c76p-33;
+    x = x < -708.0 ? -708.0 : x;
+    const double shifted = x * per_log2 + shift, k = shifted - shift;
+    const double r = (x - k * log2) - k * rest_of_log2;
+    double p = 1.0 / 6227020800.0; // Taylor's series to degree 13
+    p = p * r + 1.0 / 479001600.0;
+    p = p * r + 1.0 / 39916800.0;
+    p = p * r + 1.0 / 3628800.0;
+    p = p * r + 1.0 / 362880.0;
+    p = p * r + 1.0 / 40320.0;
+    p = p * r + 1.0 / 5040.0;
+    p = p * r + 1.0 / 720.0;
+    p = p * r + 1.0 / 120.0;
+    p = p * r + 1.0 / 24.0;
+    p = p * r + 1.0 / 6.0;
+    p = p * r + 0.5;
+    p = p * r + 1.0;
+    p = p * r + 1.0;
+    return p * std::bit_cast<double>((std::bit_cast<std::uint64_t>(shifted) + 1023) << 52);
+}
+
+// Each correlation has the integral of M(length t) from 0 to t, t ≥ 0.
+
 // Matérn's of smoothness 7/2: three derivatives.
 struct Matern7 {
     static double scale(double length) { return std::sqrt(7.0) / length; }
     static double factor(double s) { return 1.0 + s * (1.0 + s * (0.4 + s * (1.0 / 15.0))); }
     static double exponent(double s) { return s; }
+    static double integral(double t) {
+        const double s = std::sqrt(7.0) * t;
+        const double tail = 16.0 / 5.0 + s * (11.0 / 5.0 + s * (3.0 / 5.0 + s * (1.0 / 15.0)));
+        return (16.0 / 5.0 - tail * exp_of_negative(-s)) / std::sqrt(7.0);
+    }
 };
 
 // Matérn's of smoothness 9/2: four derivatives.
@@ -30,6 +66,13 @@ struct Matern9 {
         return 1.0 + s * (1.0 + s * (3.0 / 7.0 + s * (2.0 / 21.0 + s * (1.0 / 105.0))));
     }
     static double exponent(double s) { return s; }
+    static double integral(double t) {
+        const double s = 3.0 * t;
+        const double tail =
+            128.0 / 35.0 +
+            s * (93.0 / 35.0 + s * (29.0 / 35.0 + s * (2.0 / 15.0 + s * (1.0 / 105.0))));
+        return (128.0 / 35.0 - tail * exp_of_negative(-s)) / 3.0;
+    }
 };
 
 // The Gaussian: analytic functions.
@@ -37,6 +80,9 @@ struct Gaussian {
     static double scale(double length) { return 1.0 / length; }
     static double factor(double) { return 1.0; }
     static double exponent(double s) { return 0.5 * s * s; }
+    static double integral(double t) {
+        return std::sqrt(0.5 * std::numbers::pi) * std::erf(t * std::sqrt(0.5));
+    }
 };
 
 template <class Correlation>
@@ -61,6 +107,15 @@ public:
         };
         parallel_for(n_, 32, n_ * n_ * d_ < worth_threads ? 1 : threads, fill, pause);
         mirror(k);
+    }
+
+    // What is on and above the diagonal of the matrix, in rows at a distance of `stride`
+    void above(double *k, std::size_t stride) const {
+        std::vector<double> sum(n_), x(d_);
+        for (std::size_t i = 0; i < n_; ++i, k += stride) {
+            for (std::size_t a = 0; a < d_; ++a) x[a] = scaled_[a * n_ + i];
+            row(x.data(), n_ - i, sum.data(), k + i, i);
+        }
     }
 
     // The matrix (m, n) of k between other points and these; `at` are (m, d).
@@ -96,20 +151,21 @@ private:
                         k[j * n_ + i] = k[i * n_ + j];
     }
 
-    // k between x, in scaled coordinates, and the first `count` points.
-    void row(const double *x, std::size_t count, double *sum, double *k) const {
+    // k between x, in scaled coordinates, and `count` points, from `begin` on.
+    void row(const double *x, std::size_t count, double *sum, double *k,
+             std::size_t begin = 0) const {
         std::fill_n(k, count, 1.0);
         for (std::size_t first = 0; first < d_; first += axes_at_once) {
             std::fill_n(sum, count, 0.0);
             for (std::size_t a = first; a < std::min(d_, first + axes_at_once); ++a) {
-                const double *y = scaled_.data() + a * n_, xa = x[a];
+                const double *y = scaled_.data() + a * n_ + begin, xa = x[a];
                 for (std::size_t j = 0; j < count; ++j) {
                     const double s = std::abs(y[j] - xa);
                     sum[j] += Correlation::exponent(s);
                     k[j] *= Correlation::factor(s);
                 }
             }
-            for (std::size_t j = 0; j < count; ++j) k[j] *= std::exp(-sum[j]);
+            for (std::size_t j = 0; j < count; ++j) k[j] *= exp_of_negative(-sum[j]);
         }
     }
 
