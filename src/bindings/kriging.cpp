@@ -167,6 +167,20 @@ void bind_left_out(nb::module_ &m) {
 
 void bind_global_fits(nb::module_ &m) {
     m.def(
+        "scores",
+        [](nb::ndarray<const double, nb::ndim<4>, nb::c_contig, nb::device::cpu> squares,
+           Pairs pairs, std::size_t groups) {
+            const std::size_t models = squares.shape(0), fields = squares.shape(1);
+            std::vector<double> out(models * fields * groups);
+            const auto u = indices(pairs.data(), pairs.size());
+            scores(squares.data(), models * fields, u.data(), pairs.shape(0), groups, out.data());
+            return own(std::move(out), {models, fields, groups});
+        },
+        "squares"_a, "pairs"_a, "groups"_a,
+        "Sums (models, fields, groups) over the partners of each group of the squared errors "
+        "(models, "
+        "fields, pairs, 2) of pairs of groups that are left out together.");
+    m.def(
         "legendre_products",
         [](Points points, Pairs powers) {
             const std::size_t n = points.shape(0), terms = powers.shape(0);

@@ -261,6 +261,13 @@ class LeftOutKriging:
         groups: Annotated[NDArray[numpy.int64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
     ) -> NDArray[numpy.float64]: ...
 
+def scores(
+    squares: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None, None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    pairs: Annotated[NDArray[numpy.int64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}],
+    groups: int,
+) -> NDArray[numpy.float64]: ...
 def legendre_products(
     points: Annotated[
         NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}

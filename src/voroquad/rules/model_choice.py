@@ -16,6 +16,7 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from .._support.arrays import Array, Indices
 from .._support.blas import one_blas_thread
 from .global_fits import GlobalFits, degrees
@@ -157,13 +158,14 @@ def _choose(
     np.maximum(smooth, ROUNDED**2 * _squares_elsewhere(values, group, count), out=smooth)
     best = _least(np.where(in_question, judged, np.inf))
     weights, residuals = np.zeros_like(values), np.zeros_like(values)
-    for number, (which, of) in enumerate((which, some) for some in candidates for which in range(len(some.names))):
+    models = [(which, some) for some in candidates for which in range(len(some.names))]
+    for number in np.unique(best).tolist():
+        which, of = models[number]
         taken = best == number
         fields, groups = (np.flatnonzero(taken.any(axis=axis)) for axis in (1, 0))
-        if len(fields):
-            taken = taken[fields]
-            weights[fields] += taken[:, groups] @ of.weights(which, groups)
-            residuals[fields] += np.where(taken[:, group], of.residuals(which, groups, values[fields]), 0)
+        taken = taken[fields]
+        weights[fields] += taken[:, groups] @ of.weights(which, groups)
+        residuals[fields] += np.where(taken[:, group], of.residuals(which, groups, values[fields]), 0)
     return weights, residuals, best
 
 
@@ -172,8 +174,10 @@ def _squares_elsewhere(values: Array, group: Indices, count: int) -> Array:
 
     What a group's choice rests on must not know its values; a difference of sums would, by its rounding.
     """
-    by_group = np.square(values) @ (group[:, None] == np.arange(count)).astype(np.float64)
-    return np.stack([np.delete(by_group, c, axis=1).sum(axis=1) for c in range(count)], axis=1)
+    of_each = group == np.arange(count)[:, None]
+    by_group = np.square(values) @ of_each.T.astype(np.float64)
+    others: Array = np.where(np.eye(count, dtype=bool), 0.0, by_group[:, None]).sum(axis=-1)
+    return others
 
 
 def _least(judged: Array) -> Indices:
@@ -186,12 +190,7 @@ def scores(squares: Array, pairs: Indices, count: int) -> Array:
 
     From the squared errors (models, fields, pairs, 2) of pairs (c, e). What cannot be predicted scores infinity.
     """
-    judged = np.zeros((count, *squares.shape[:2]))
-    for (c, e), of_c, of_e in zip(pairs.tolist(), *np.moveaxis(squares, (3, 2), (0, 1)), strict=True):
-        judged[c] += of_e
-        judged[e] += of_c
-    judged[np.isnan(judged)] = np.inf
-    return np.moveaxis(judged, 0, -1)
+    return _core.scores(np.ascontiguousarray(squares), pairs, count)
 
 
 @lru_cache(maxsize=64)

@@ -1,7 +1,10 @@
 // voroquad/detail/fits/sample_groups.hpp: samples in groups that are left out together.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <cstddef>
+#include <limits>
 #include <vector>
 
 #include <voroquad/detail/instruction_set.hpp>
@@ -25,5 +28,21 @@ struct SampleGroups {
     std::size_t samples() const { return own.size(); }
     std::size_t count() const { return members.size(); }
 };
+
+// Σ_e Σ_{i∈e} (f_i − f̂(x_i))² of each group c (models, groups), with f̂ from the samples of neither
+// c nor e: from the squared errors (models, pairs, 2) of pairs (c, e) of groups that are left out
+// together. What cannot be predicted scores infinity.
+inline void scores(const double *squares, std::size_t models, const std::size_t *pairs,
+                   std::size_t count, std::size_t groups, double *out) {
+    for (std::size_t m = 0; m < models; ++m, squares += 2 * count, out += groups) {
+        std::fill_n(out, groups, 0.0);
+        for (std::size_t p = 0; p < count; ++p) {
+            out[pairs[2 * p]] += squares[2 * p + 1];
+            out[pairs[2 * p + 1]] += squares[2 * p];
+        }
+        for (std::size_t c = 0; c < groups; ++c)
+            if (std::isnan(out[c])) out[c] = std::numeric_limits<double>::infinity();
+    }
+}
 
 } // namespace VOROQUAD::detail
