@@ -2,7 +2,8 @@
 
 import importlib.util
 
-if importlib.util.find_spec("mitsuba"):
+found = importlib.util.find_spec("mitsuba")
+if found and found.origin:  # not the folder tests/mitsuba
     import mitsuba as mi
 
     mi.set_variant("llvm_ad_rgb")
