@@ -19,7 +19,7 @@ from csv_rows import put
 
 import voroquad as vq
 from voroquad._support.checks import whole_numbers
-from voroquad.integrals.replicates import ERROR_SCALE
+from voroquad.integrals.replicates import ERROR_SCALE, SCALE_BESIDE_GRID, Sizes
 from voroquad.study.genz import FAMILIES, instances
 
 RESULTS = Path(__file__).parent / "results" / "replicate_scale.csv"
@@ -37,7 +37,8 @@ def ratios(d: int, n: int, members: int, sets: int) -> np.ndarray:
                 found.append(0.0)
                 continue
             low, high = r.confidence_interval(0.95)
-            found.append(abs(r.integral - f.integral) / ((high - low) / 2 / ERROR_SCALE))
+            scale = SCALE_BESIDE_GRID if Sizes.of(n, d).side else ERROR_SCALE
+            found.append(abs(r.integral - f.integral) / ((high - low) / 2 / scale))
     return np.array(found).reshape(len(FAMILIES), -1)
 
 

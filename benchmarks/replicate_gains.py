@@ -27,7 +27,7 @@ SETS = 8
 
 def gains(d: int, n: int, members: int, repetitions: int) -> np.ndarray:
     """Ratios of mean squared errors (families,)."""
-    funcs = list(instances(d, members, rng=[d, 5]))
+    funcs = list(instances(d, members, rng=[d, 17]))
     exact = np.array([f.integral for f in funcs])
 
     def ours(seed: int) -> list[float]:

@@ -150,9 +150,12 @@ def _look(n: int, d: int) -> int:
     if d <= pilot.HIGHEST_DIMENSION:
         return n
     look = look_size(n, d)
-    if n < MANY_POINTS.get(d, math.inf):
+    many = MANY_POINTS.get(d, math.inf)
+    if n < many:
         return look
-    return min(look, MOST_OF_LOOK, n % replicates.size_of_replicate(n))
+    sizes = replicates.Sizes.of(n, d)
+    look = int(min(look, MOST_OF_LOOK, n - sizes.whole, n - many))
+    return look if replicates.Sizes.of(n - look, d) == sizes else 0
 
 
 def _check_own_points(

@@ -1,4 +1,4 @@
-"""Many samples in many dimensions: Sobol' replicates, each corrected by polynomials fitted to the others."""
+"""Many samples in many dimensions: Sobol' replicates, corrected by polynomials from a grid or from each other."""
 
 from __future__ import annotations
 
@@ -12,14 +12,23 @@ from .. import _core
 from .._support.arrays import Array, Indices
 from ..rules.chosen_fits import told
 from ..rules.fit import ROUNDING
-from ..rules.nested_fits import DEGREES_BELOW, SAMPLES_PER_TERM, NestedFits, embedded, highest_degree, terms_of
+from ..rules.gauss_grid import grid_coefficients, grid_points, nodes_of_an_axis
+from ..rules.nested_fits import (
+    DEGREES_BELOW,
+    SAMPLES_PER_TERM,
+    NestedFits,
+    embedded,
+    highest_degree,
+    terms_of,
+    truncated,
+)
 from .estimates import Estimate, unresolved
 from .integrand import Integrand
 from .spread import across
 from .units import deviation
 
-#: Fewest replicates; there are up to twice as many, less one.
-FEWEST_REPLICATES = 4
+#: Fewest replicates, without a grid and beside one; there are up to twice as many, less one.
+FEWEST_REPLICATES, FEWEST_BESIDE_GRID = 4, 3
 
 #: Highest dimension. Above it there are too few terms for a choice of their number.
 HIGHEST_DIMENSION = 20
@@ -34,13 +43,19 @@ FEWEST = FEWEST_REPLICATES * BLOCK
 #: evaluations. And the largest number at all.
 TERMS, MOST_TERMS = 4.0, 2000
 
+#: The same of polynomials from a grid, whose time is that of their means over the nets alone.
+TERMS_OF_GRID = 8.0
+
 #: Factor of the standard error of the mean of replicates, since they are not independent: each is corrected by
 #: polynomials that are fitted to the others. benchmarks/calibrate_replicates.py measures the least that suffices.
 ERROR_SCALE = 1.3
 
+#: The same of replicates beside a grid. They are independent but for the choice of a degree.
+SCALE_BESIDE_GRID = 1.15
+
 #: Number of parts of a net by which a candidate is judged, of a smaller net its blocks; and the part of the plain
 #: mean's squared error that it may leave to be chosen.
-PARTS, WORTH = 128, 0.1
+PARTS, WORTH = 16, 0.1
 
 #: Powers of two that values may exceed the unit by: squares of 2^32 are far from overflow.
 ROOM = 32
@@ -49,19 +64,46 @@ ROOM = 32
 POINTS_AT_ONCE = 1 << 15
 
 
-def size_of_replicate(n: int) -> int:
-    """Points of a replicate, a power of two, of n in all."""
-    return 1 << int(math.log2(max(n // FEWEST_REPLICATES, BLOCK)))
+@dataclass(frozen=True)
+class Sizes:
+    """What n evaluations in d dimensions are: a grid of side^d nodes, if any, and `count` replicates of m points."""
+
+    side: int
+    cells: int
+    m: int
+    count: int
+
+    @classmethod
+    def of(cls, n: int, d: int) -> Sizes:
+        """As many as fit.
+
+        Examples
+        --------
+        >>> from voroquad.integrals.replicates import Sizes
+        >>> Sizes.of(16_384, 4), Sizes.of(16_384, 6)
+        (Sizes(side=8, cells=4096, m=4096, count=3), Sizes(side=0, cells=0, m=4096, count=4))
+        """
+        side = nodes_of_an_axis(n, d)
+        cells = side**d if side else 0
+        fewest = FEWEST_BESIDE_GRID if side else FEWEST_REPLICATES
+        m = 1 << int(math.log2(max((n - cells) // fewest, BLOCK)))
+        return cls(side, cells, m, (n - cells) // m)
+
+    @property
+    def whole(self) -> int:
+        """All evaluations."""
+        return self.cells + self.count * self.m
 
 
 @dataclass(frozen=True)
 class ReplicateEstimator:
-    r"""Scrambled Sobol' replicates with cross-fitted polynomials.
+    r"""Scrambled Sobol' replicates, corrected by polynomials.
 
-    The replicates are two groups. With P_r fitted to the group without replicate r, the estimate of r is
-    ∫ P_r + mean(f − P_r). P_r is the candidate whose residuals vary least on the others of r's own group, in their
-    means over parts of a net (:func:`_best`). So P_r does not depend on replicate r, whose points are uniform, and each
-    estimate is unbiased.
+    The estimate of replicate r is ∫ P_r + mean(f − P_r). P_r is the candidate whose residuals vary least on other
+    replicates, in their means over parts of a net (:func:`_best`). The candidates come from values at the nodes of a
+    Gauss grid (:func:`~voroquad.rules.gauss_grid.nodes_of_an_axis`) or, without one, from fits: the replicates are two
+    groups, and P_r is fitted to the group without r and chosen by the others of its own. So P_r does not depend on
+    replicate r, whose points are uniform, and each estimate is unbiased. Several estimates share the grid.
     """
 
     integrand: Integrand
@@ -73,27 +115,41 @@ class ReplicateEstimator:
         """An estimate from at most n evaluations for each of the sets."""
         found: list[Estimate] = []
         degrees: list[Indices] = []
+        sizes = Sizes.of(n, self.integrand.d)
+        grid = self._grid(sizes)
         for _ in range(self.sets):
-            replicates = _Replicates(self.integrand, n, self.rng, self.threads)
-            self.integrand.watch.follow((lambda: across(found)) if found else replicates.known)
+            replicates = _Replicates(self.integrand, sizes, grid, self.rng, self.threads)
+            self.integrand.watch.follow((lambda: across(found, sizes.cells)) if found else replicates.known)
             estimate, of_nets = replicates.estimate()
             found.append(estimate)
             degrees.append(of_nets)
-        return replace(across(found), rules=_told(np.concatenate(degrees)))
+        return replace(across(found, sizes.cells), rules=_told(np.concatenate(degrees)))
+
+    def _grid(self, sizes: Sizes) -> Array | None:
+        """Values (fields, nodes)."""
+        at_once, d = POINTS_AT_ONCE, self.integrand.d
+        begins = range(0, sizes.cells, at_once)
+        values = [self.integrand(grid_points(sizes.side, d, b, min(b + at_once, sizes.cells))) for b in begins]
+        return np.concatenate(values, axis=1) if values else None
 
 
 class _Replicates:
     """Replicates of m points each; values are in units of 2^power, so that no square over- or underflows."""
 
-    def __init__(self, integrand: Integrand, n: int, rng: np.random.Generator, threads: int):
+    def __init__(self, integrand: Integrand, sizes: Sizes, grid: Array | None, rng: np.random.Generator, threads: int):
         d = integrand.d
-        self.integrand, self.threads = integrand, threads
-        self.m = size_of_replicate(n)
-        self.count = n // self.m
+        self.integrand, self.grid, self.threads = integrand, grid, threads
+        self.side, self.cells, self.m, self.count = sizes.side, sizes.cells, sizes.m, sizes.count
+        self.scale = ERROR_SCALE if grid is None else SCALE_BESIDE_GRID
         half = self.count // 2
-        self.groups = (range(half), range(half, self.count))
-        self.highest = highest_degree(d, min(TERMS * math.sqrt(n), MOST_TERMS, half * self.m / SAMPLES_PER_TERM))
-        #: Points of a replicate that take part in fits, a power of two
+        most = min(MOST_TERMS, (TERMS if grid is None else TERMS_OF_GRID) * math.sqrt(sizes.whole))
+        if grid is None:
+            self.groups: tuple[range, ...] = (range(half), range(half, self.count))
+            self.highest = highest_degree(d, min(most, half * self.m / SAMPLES_PER_TERM))
+        else:
+            self.groups = (range(self.count),)
+            self.highest = min(highest_degree(d, most), d * (self.side - 1))
+        #: Points of a replicate that take part in fits, and come first in any case, a power of two
         wanted = SAMPLES_PER_TERM * math.comb(self.highest + d, d) / half
         self.fitted = min(self.m, 1 << max(4, math.ceil(math.log2(wanted))))
         self.parts = min(PARTS, self.m // BLOCK)
@@ -105,7 +161,7 @@ class _Replicates:
     def estimate(self) -> tuple[Estimate, Indices]:
         """Draws, fits, and corrects; with the degrees that correct each replicate, (nets, fields)."""
         kept, sums, power = self._evaluated()
-        corrections, degrees = self._corrections(kept, sums)
+        corrections, degrees = self._corrections(kept, sums, power)
         return self._estimate(corrections, sums, power), degrees
 
     def _evaluated(self) -> tuple[list[Array], list[_PartSums], NDArray[np.intc]]:
@@ -139,8 +195,9 @@ class _Replicates:
         means, each = (self._done, self.m) if len(self._done) > 1 else (self._begun, self.fitted)
         if len(means) < 2:
             return None
-        error = ERROR_SCALE * deviation(np.stack(means), axis=0) / math.sqrt(len(means))
-        return Estimate(np.mean(means, axis=0), error, np.zeros_like(error), each * len(means), len(means) - 1)
+        error = self.scale * deviation(np.stack(means), axis=0) / math.sqrt(len(means))
+        n = self.cells + each * len(means)
+        return Estimate(np.mean(means, axis=0), error, np.zeros_like(error), n, len(means) - 1)
 
     def _values(self, net: _core.SobolNet, begin: int, n: int) -> Array:
         return self.integrand(net.points(begin, n).T)
@@ -160,13 +217,31 @@ class _Replicates:
         worth = WORTH * plain * (self.m // self.parts)
         return NestedFits.of(samples, self.integrand.d, len(worth), self.highest, worth)
 
-    def _corrections(self, kept: list[Array], sums: list[_PartSums]) -> tuple[Array, Indices]:
+    def _of_grid(self, sums: list[_PartSums], power: NDArray[np.intc]) -> tuple[NestedFits, NDArray[np.bool_]]:
+        """Polynomials from the grid, in units of 2^power, and for which replicates (nets, fields) they promise to pay.
+
+        They do where what the highest degree leaves at the nodes is small beside what the plain mean leaves of others.
+        """
+        assert self.grid is not None
+        d, p = self.integrand.d, self.highest
+        coefficients, left = grid_coefficients(np.ldexp(self.grid, -power[:, None]), self.side, d, p)
+        plain = _of_others(np.stack([s.means.var(axis=1) for s in sums])) / (self.count - 1)
+        promising = left <= WORTH * plain * (self.m // self.parts)
+        below = range(max(1, p - DEGREES_BELOW), p + 1)
+        fits = NestedFits(np.where(promising.any(axis=0), p, 0), {q: truncated(coefficients, d, p, q) for q in below})
+        return fits, promising
+
+    def _corrections(self, kept: list[Array], sums: list[_PartSums], power: NDArray[np.intc]) -> tuple[Array, Indices]:
         """What is subtracted from the plain means, and the degrees of P, 0 for the plain mean: both (nets, fields).
 
         That is the mean of P over the net, less its integral.
         """
-        fits = [self._fits(group, kept, sums) for group in self.groups]
         found = np.zeros((self.count, len(sums[0].means)))
+        if self.grid is None:
+            fits, promising = [self._fits(group, kept, sums) for group in self.groups], np.ones(found.shape, dtype=bool)
+        else:
+            of_grid, promising = self._of_grid(sums, power)
+            fits = [of_grid]
         degrees = np.zeros(found.shape, dtype=np.intp)
         for group, others in zip(self.groups, reversed(fits), strict=True):
             top = int(others.degrees.max(initial=0))
@@ -177,6 +252,7 @@ class _Replicates:
                 candidates = self._candidates(others, int(field), top)
                 parts = np.stack([np.einsum("ct,pt->cp", candidates[:, 1:], of_net[:, 1:]) for of_net in terms])
                 best = _best(parts, np.stack([sums[r].means[field] for r in group]))
+                best = np.where(promising[group, field], best, -1)
                 chosen = np.take_along_axis(parts.mean(axis=-1), np.maximum(best, 0)[:, None], axis=1)[:, 0]
                 found[group, field] = np.where(best < 0, 0.0, chosen)
                 degrees[group, field] = np.where(best < 0, 0, _candidate_degrees(others.degrees[field])[best])
@@ -201,14 +277,15 @@ class _Replicates:
 
     def _estimate(self, corrections: Array, sums: list[_PartSums], power: NDArray[np.intc]) -> Estimate:
         plain = np.stack([s.means.mean(axis=1) for s in sums])
-        n, means = self.count * self.m, plain - corrections
+        samples, means = self.count * self.m, plain - corrections
         absolute, square = (np.mean(x, axis=0) for x in ([s.absolute for s in sums], [s.square for s in sums]))
         rounding = ROUNDING * self.integrand.epsilon * (absolute + np.abs(corrections).mean(axis=0))
-        spread = ERROR_SCALE * means.std(axis=0, ddof=1) / math.sqrt(self.count)
+        spread = self.scale * means.std(axis=0, ddof=1) / math.sqrt(self.count)
         empty = self.integrand.empty
-        warnings = [] if empty else unresolved(n * absolute, n * square, square == 0, n)
+        warnings = [] if empty else unresolved(samples * absolute, samples * square, square == 0, samples)
         mean, error, rounding = (np.ldexp(v, power) for v in (means.mean(axis=0), np.hypot(spread, rounding), rounding))
         deviations = (means - means.mean(axis=0)).T
+        n = self.cells + samples
         return Estimate(mean, error, rounding, n, self.count - 1, tuple(warnings), deviations)
 
 

@@ -67,6 +67,11 @@ def embedded(coefficients: Array, d: int, degree: int, to: int) -> Array:
     return out
 
 
+def truncated(coefficients: Array, d: int, degree: int, to: int) -> Array:
+    """Those coefficients (fields, terms) of a degree that a lower one has."""
+    return coefficients[:, _positions(d, to, degree)]
+
+
 @lru_cache(maxsize=256)
 def _positions(d: int, degree: int, to: int) -> Indices:
     """Where the terms of a degree are among those of a higher one."""
