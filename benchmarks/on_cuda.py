@@ -42,7 +42,7 @@ def settings(stage: Stage) -> dict[str, dict[str, Any]]:
     return sets | {
         "plain": {"kind": "plain"},
         "owensobol": {"kind": "plain", "sampler": {"type": "owensobol"}},
-        "adaptive": {"kind": "plain", "adaptive": "absolute"},
+        "adaptive": {"kind": "plain", "adaptive": "balanced"},
     }
 
 

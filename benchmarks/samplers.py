@@ -55,7 +55,7 @@ def integrator_of(stage: Stage, name: str, spp: int, seed: int) -> mi.Integrator
         if stage.moves:
             return None
         least = {16: 8}.get(spp, 16)
-        return make_integrator("plain", own_integrator(stage.scene), adaptive="absolute", at_least=least)
+        return make_integrator("plain", own_integrator(stage.scene), adaptive="balanced", at_least=least)
     integrator = stage.mitsubas(name, seed)
     return integrator if integrator.granted(stage.scene.sensors()[0], spp) == spp else None
 

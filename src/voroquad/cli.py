@@ -305,7 +305,8 @@ Blend = Annotated[
     str, typer.Option(help="auto: in each tile, use the weights as far as they help; off: use them fully.")
 ]
 Adaptive = Annotated[
-    str | None, typer.Option(help="absolute or relative: more samples where a pilot finds more error of that kind.")
+    str | None,
+    typer.Option(help="balanced, absolute or relative: more samples where a pilot finds more error of that kind."),
 ]
 PixelError = Annotated[float, typer.Option(help="A pixel gets no more samples once its error is below this.")]
 Aov = Annotated[str | None, typer.Option(help="Extra channels of an .exr: albedo,normal,depth,variance,samples.")]

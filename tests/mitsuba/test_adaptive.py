@@ -97,7 +97,7 @@ def test_rounds_share_a_pilot_and_go_on_with_the_same_bits(ball, tmp_path):
 @pytest.mark.parametrize(
     ("properties", "message"),
     [
-        ({"adaptive": "more"}, "unknown adaptive 'more'; choose one of off, absolute, relative"),
+        ({"adaptive": "more"}, "unknown adaptive 'more'; choose one of off, balanced, absolute, relative"),
         ({"adaptive": "absolute", "at_least": 12}, "at_least must be a power of two, 2 or more, got 12; take 16"),
         (
             {"adaptive": "absolute", "at_most": 48},

@@ -7,12 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from voroquad.mitsuba.allocation import Sharing
+from voroquad.mitsuba.allocation import KINDS, RATE, Sharing, of_a_sample
 from voroquad.mitsuba.blend import checkerboard
 
 
-def counts(mean, variance, budget, least=16, most=256, relative=False, target=0.0):
-    return Sharing("relative" if relative else "absolute", least, most, target).counts(mean, variance, budget)
+def counts(mean, variance, budget, least=16, most=256, kind="absolute", target=0.0):
+    return Sharing(kind, least, most, target).counts(mean, variance, budget)
 
 
 def pilot(rng, shape=(12, 16)):
@@ -24,11 +24,11 @@ def pilot(rng, shape=(12, 16)):
 @settings(max_examples=30, deadline=None)
 @given(
     st.integers(0, 2**32 - 1), st.integers(1, 9), st.integers(1, 9), st.floats(4, 80), st.sampled_from([4, 16, 64]),
-    st.booleans(), st.sampled_from([0.0, 0.1]),
+    st.sampled_from(KINDS), st.sampled_from([0.0, 0.1]),
 )  # fmt: skip
-def test_powers_of_two_within_the_budget(seed, height, width, budget, most, relative, target):
+def test_powers_of_two_within_the_budget(seed, height, width, budget, most, kind, target):
     mean, variance = pilot(np.random.default_rng(seed), (height, width))
-    n = counts(mean, variance, budget=budget, least=4, most=most, relative=relative, target=target)
+    n = counts(mean, variance, budget=budget, least=4, most=most, kind=kind, target=target)
     assert n.shape == (height, width)
     assert set(np.log2(n / 4).ravel()) <= set(range(int(np.log2(most / 4)) + 1))
     assert n.mean() <= budget
@@ -40,37 +40,55 @@ def test_the_budget_is_spent():
     assert 63 < n.mean() <= 64
 
 
-@pytest.mark.parametrize("relative", [False, True])
-def test_no_half_decides_for_itself(relative):
+@pytest.mark.parametrize("kind", KINDS)
+def test_no_half_decides_for_itself(kind):
     """Whatever a half's samples are, also not finite, its own numbers stay; those of the other change."""
     rng = np.random.default_rng(2)
     (mean, variance), (other_mean, other_variance) = pilot(rng), pilot(rng)
     other_variance[3, 4] = np.nan
     half = checkerboard(12, 16, 0)
-    before = counts(mean, variance, budget=64, relative=relative)
+    before = counts(mean, variance, budget=64, kind=kind)
     for own in (0, 1):
         changed = [np.where(half[..., None] == own, b, a) for a, b in ((mean, other_mean), (variance, other_variance))]
-        after = counts(*changed, budget=64, relative=relative)
+        after = counts(*changed, budget=64, kind=kind)
         np.testing.assert_array_equal(after[half == own], before[half == own])
         assert (after != before).any()
 
 
-def test_noise_twice_as_large_gets_twice_the_samples():
-    """Standard deviations in the ratio 1 : 4 : 16 and the samples that minimise Σ V / n."""
-    deviation = np.repeat([1.0, 4.0, 16.0], 20)
-    variance = np.broadcast_to(deviation[None, :, None] ** 2, (6, 60, 1))
+def test_samples_go_with_the_power_of_the_noise_that_minimises_the_error():
+    """Numbers of samples in the ratio 1 : 4 : 16 minimise Σ V / n^r for V in the ratio of their powers r + 1."""
+    variance = np.broadcast_to(np.repeat([1.0, 4.0, 16.0], 20)[None, :, None] ** (RATE + 1), (6, 60, 1))
     n = counts(np.ones((6, 60, 1)), variance, budget=112, least=16, most=1024)[3]
     assert [n[10], n[30], n[50]] == [16, 64, 256]
 
 
 def test_relative_errors_ask_for_brightness():
-    """A part with twice the noise and four times the light has less relative error."""
+    """A part with three times the noise and eight times the light has less relative error."""
     variance = np.ones((8, 40, 1))
-    variance[:, 20:] = 4
-    mean = np.where(np.arange(40) < 20, 1.0, 4.0)[None, :, None] * np.ones((8, 1, 1))
-    absolute, relative = (counts(mean, variance, budget=32, relative=r)[4] for r in (False, True))
+    variance[:, 20:] = 9
+    mean = np.where(np.arange(40) < 20, 1.0, 8.0)[None, :, None] * np.ones((8, 1, 1))
+    absolute, relative = (counts(mean, variance, budget=32, kind=kind)[4] for kind in ("absolute", "relative"))
     assert absolute[35] > absolute[5]
     assert relative[35] < relative[5]
+
+
+def test_balanced_errors_count_by_the_power_of_the_brightness():
+    """Noise that grows with that power is the same everywhere; with another it is not."""
+    brightness = np.where(np.arange(40) < 20, 1.0, 4.0)[None, :, None] * np.ones((8, 1, 1))
+    even, uneven = (counts(brightness, brightness**power, budget=48, kind="balanced")[4] for power in (0.75, 1.75))
+    assert abs(even[:20].mean() - even[20:].mean()) < 16
+    assert uneven[25:].mean() > uneven[:15].mean() + 16
+
+
+def test_the_variance_of_a_sample_is_that_of_samples_and_of_blocks():
+    """Of independent samples both are; of blocks that have the same mean, half of it is left."""
+    samples = np.random.default_rng(3).standard_exponential((40000, 4, 4))
+    squares = (samples**2).mean((1, 2))[:, None]
+    mean, variance = of_a_sample(samples.mean(-1, keepdims=True), squares, 16)
+    np.testing.assert_allclose(mean[:, 0], samples.mean((1, 2)))
+    assert variance.mean() == pytest.approx(1, abs=0.04)
+    even = np.broadcast_to(samples.mean((1, 2))[:, None, None], (40000, 4, 1))
+    assert of_a_sample(even, squares, 16)[1].mean() == pytest.approx(0.5, abs=0.02)
 
 
 def test_a_target_ends_it():

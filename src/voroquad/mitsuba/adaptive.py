@@ -12,7 +12,7 @@ from .._support.arrays import Integers
 from .._support.checks import one_of
 from . import accumulation
 from .accumulation import Footprint, Pass, pixel_means, quotient
-from .allocation import KINDS, NEIGHBOURS, Sharing
+from .allocation import KINDS, NEIGHBOURS, Sharing, of_a_sample
 from .blend import Floats
 from .owen_sobol import OwenSobol
 from .plain import Plain, band_seed
@@ -21,6 +21,8 @@ from .recipes import names
 
 #: Colours, whose squares the pilot sums too
 _COLOURS = 3
+#: Blocks of the pilot's samples, at most
+_BLOCKS = 4
 
 
 @dataclass(frozen=True)
@@ -54,8 +56,8 @@ class Adaptive(Plain):
      * - adaptive
        - |string|
        - ``absolute``: samples go where they reduce the mean squared error most. ``relative``: where they reduce most
-         that of the error over the brightness around the pixel, so that dark parts have their share. ``off``: all
-         pixels have the same number. (Default: ``off``)
+         that of the error over the brightness around the pixel, so that dark parts have their share. ``balanced``: in
+         between, where errors are seen. ``off``: all pixels have the same number. (Default: ``off``)
      * - at_least
        - |int|
        - Samples of the pilot, which each pixel has at least: a power of two. Few of them do not tell the noise.
@@ -90,7 +92,7 @@ class Adaptive(Plain):
     def __init__(self, props: mi.Properties) -> None:
         super().__init__(props)
         self.sharing = Sharing(
-            read_property(props, "adaptive", "absolute"),
+            read_property(props, "adaptive", KINDS[0]),
             read_property(props, "at_least", 16),
             read_property(props, "at_most", 0),
             float(props.get("target", 0.0)),
@@ -157,14 +159,16 @@ class Adaptive(Plain):
         return self.sharing.counts_apart(mean, variance, spp)
 
     def _moments(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> tuple[Floats, Floats, Floats]:
-        """Of the pilot's samples: means in the columns of `Layout.row`, and those and the variance of the colours."""
+        """Of the pilot's samples: means in the columns of `Layout.row`, and mean and variance of the colours of one."""
         width, height = Footprint(sensor.film()).window
         number = self.sharing.at_least
-        sums = self._sums(scene, sensor, seed, np.arange(width * height), 0, number, spp)
-        means, mean, square = np.split(sums / number, [-2 * _COLOURS, -_COLOURS], axis=-1)
-        variance = np.maximum(square - mean**2, 0) * number / (number - 1)
-        mean, variance = (values.reshape(height, width, _COLOURS) for values in (mean, variance))
-        return means, mean, variance
+        blocks = min(_BLOCKS, number)
+        sums = self._sums(scene, sensor, seed, np.arange(width * height), 0, number, spp, blocks)
+        of_blocks = (sums * blocks / number).reshape(width * height, blocks, -1)
+        colours, squares = of_blocks[..., -2 * _COLOURS : -_COLOURS], of_blocks[..., -_COLOURS:].mean(1)
+        found = of_a_sample(colours, squares, number)
+        mean, variance = (values.reshape(height, width, _COLOURS) for values in found)
+        return of_blocks[..., : -2 * _COLOURS].mean(1), mean, variance
 
     def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, number: int) -> Floats:
         """Means over the rays of each pixel of a band of what they bring, in the columns of `Layout.row`.
@@ -188,20 +192,38 @@ class Adaptive(Plain):
         return sums / wanted[:, None]
 
     def _sums(
-        self, scene: mi.Scene, sensor: mi.Sensor, seed: int, pixels: Integers, start: int, number: int, spp: int
+        self,
+        scene: mi.Scene,
+        sensor: mi.Sensor,
+        seed: int,
+        pixels: Integers,
+        start: int,
+        number: int,
+        spp: int,
+        blocks: int = 1,
     ) -> Floats:
         """Sums over samples `start` to before `start + number` of pixels, some pixels at a time.
 
-        The columns are those of `Layout.row`, then the colours and their squares.
+        The columns are those of `Layout.row`, then the colours and their squares. Each pixel has a row for each of so
+        many blocks of its samples.
         """
-        step = max(1, accumulation.BAND_RAYS // number)
+        step, of_block = max(1, accumulation.BAND_RAYS // number), number // blocks
         parts = (pixels[first : first + step] for first in range(0, len(pixels), step))
-        return np.concatenate([self._means(scene, sensor, seed, part, start, number, spp) for part in parts]) * number
+        means = [self._means(scene, sensor, seed, part, start, number, spp, of_block) for part in parts]
+        return np.concatenate(means) * of_block
 
     def _means(
-        self, scene: mi.Scene, sensor: mi.Sensor, seed: int, pixels: Integers, start: int, number: int, spp: int
+        self,
+        scene: mi.Scene,
+        sensor: mi.Sensor,
+        seed: int,
+        pixels: Integers,
+        start: int,
+        number: int,
+        spp: int,
+        of_block: int,
     ) -> Floats:
-        """Means over those samples, in one wavefront."""
+        """Means over blocks of those samples, in one wavefront."""
         film, footprint = sensor.film(), Footprint(sensor.film())
         film.prepare(self.aov_names())
         picked = mi.UInt32(pixels.astype(np.uint32))
@@ -223,7 +245,7 @@ class Adaptive(Plain):
         colours = values.channels[:_COLOURS]
         layout = self.layout(film)
         columns = layout.row(values, footprint.weights(rays.drawn.pixel) if layout.taps else [])
-        means = pixel_means([*columns, *colours, *(c * c for c in colours)], index, number)
+        means = pixel_means([*columns, *colours, *(c * c for c in colours)], index, of_block)
         return means.astype(np.float64)
 
 

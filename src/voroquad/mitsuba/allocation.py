@@ -3,9 +3,10 @@
 The samples of a pixel must not decide how many it gets: a mean that is stopped where it looks good is biased. So the
 pixels are divided as on a checkerboard, and each half decides for the other.
 
-Let V_p be the mean of the sample variances of the pixels of the other half among the 5 × 5 around p. With n samples the
-error of p has the variance V_p / n. Another n samples reduce it by V_p / (2 n), each of them by V_p / (2 n²). Samples
-are doubled first where this quotient is largest.
+Let V_p be the mean of the variances of a sample in the pixels of the other half among the 5 × 5 around p. With n
+samples of a net, the error of p has a variance of about V_p / n^r. The rate r is 1 for noise of many causes, 3/2 at the
+edges of a function of two coordinates, and more where all is smooth. Another n samples reduce the variance by
+V_p (1 − 2^(−r)) / n^r, each of them by an n-th of that. Samples are doubled first where this quotient is largest.
 """
 
 from __future__ import annotations
@@ -21,7 +22,11 @@ from .._support.checks import one_of
 from .blend import Floats, checkerboard
 
 #: Measures by which errors are compared
-KINDS = ("absolute", "relative")
+KINDS = ("balanced", "absolute", "relative")
+#: Power of the brightness that variances are divided by
+POWERS = {"absolute": 0.0, "balanced": 0.75, "relative": 2.0}
+#: Variances of errors fall with this power of the number of samples
+RATE = 1.25
 #: Default of the largest number of samples of a pixel over the average
 SPREAD = 4
 #: The noise of a pixel is estimated from so many pixels on each side
@@ -40,7 +45,8 @@ class Sharing:
     ----------
     adaptive : str
         "absolute": they go where they reduce the mean squared error most. "relative": where they reduce most that of
-        the error over the brightness around the pixel, so that dark parts have their share.
+        the error over the brightness around the pixel, so that dark parts have their share. "balanced": in between,
+        where errors are seen.
     at_least : int
         Samples of the pilot, which each pixel has at least: a power of two.
     at_most : int
@@ -54,7 +60,7 @@ class Sharing:
         Numbers that are no powers of two, an unknown name, a target below 0.
     """
 
-    adaptive: str = "absolute"
+    adaptive: str = "balanced"
     at_least: int = 16
     at_most: int = 0
     target: float = 0.0
@@ -90,7 +96,7 @@ class Sharing:
         Parameters
         ----------
         mean, variance : ndarray, (height, width, channels)
-            Of the samples of a pilot in each pixel; variances are those of a sample, with n − 1 in the denominator.
+            Of the samples of a pilot in each pixel; variances are those of a sample, see `of_a_sample`.
         spp : int
             Samples per pixel, on average, at most.
 
@@ -104,7 +110,7 @@ class Sharing:
         --------
         >>> noise = np.zeros((8, 8, 1))
         >>> noise[:, 4:] = 1
-        >>> Sharing(at_most=64).counts(np.ones((8, 8, 1)), noise, 32)[0].tolist()
+        >>> Sharing("absolute", at_most=64).counts(np.ones((8, 8, 1)), noise, 32)[0].tolist()
         [16, 16, 16, 32, 32, 32, 64, 64]
         """
         height, width = mean.shape[:2]
@@ -127,17 +133,15 @@ class Sharing:
     def _felt(self, noise: Floats, around: Floats, brightness: Floats) -> Floats:
         """Variances of a sample, relative to the brightness around them if errors are to be; what is dark of it counts
         by the mean `brightness`."""
-        if self.adaptive == "absolute":
-            return noise
         known = brightness[np.isfinite(brightness)]
         dark = DARK * float(known.mean()) if known.size else 0.0
-        return noise / np.maximum(np.where(np.isfinite(around), around, 0.0) ** 2, dark**2 or 1.0)
+        return noise / np.maximum(np.where(np.isfinite(around), around, 0.0), dark or 1.0) ** POWERS[self.adaptive]
 
     def _shared_out(self, noise: Floats, spp: int) -> Integers:
         """Samples (pixels,) of pixels with these variances of a sample, within the budget on average."""
         doublings = (self.most(spp) // self.at_least).bit_length() - 1
         levels = self.at_least * 2 ** np.arange(doublings)  # samples of a pixel before each doubling
-        gain = noise[:, None] / (2.0 * levels**2)
+        gain = noise[:, None] / levels ** (RATE + 1)
         wanted = noise[:, None] > self.target**2 * levels
         order = np.argsort(-np.where(wanted, gain, -1.0), axis=None, kind="stable")
         cost = np.broadcast_to(levels, gain.shape).ravel()[order]
@@ -146,12 +150,41 @@ class Sharing:
         return np.asarray(self.at_least * 2 ** (doubled.reshape(gain.shape) & wanted).sum(1), np.int64)
 
 
+def of_a_sample(blocks: Floats, squares: Floats, number: int) -> tuple[Floats, Floats]:
+    """Means (pixels, channels) of samples, and variances of a sample.
+
+    Parameters
+    ----------
+    blocks : ndarray, (pixels, blocks, channels)
+        Means over blocks of consecutive samples: parts of a net that are nets themselves.
+    squares : ndarray, (pixels, channels)
+        Means of squared samples.
+    number : int
+        Samples of a pixel.
+
+    Notes
+    -----
+    There are two estimates, and this is their mean: the sample variance s², and b times that of the means of blocks of
+    b samples. The second is less where the samples are much better than random ones, but uncertain.
+
+    Examples
+    --------
+    >>> mean, variance = of_a_sample(np.array([[[1.0], [3.0]]]), np.array([[8.0]]), 4)
+    >>> mean.item(), round(variance.item(), 3)  # s² = (8 − 2²) 4/3, and 2 · 2
+    (2.0, 4.667)
+    """
+    mean = blocks.mean(1)
+    of_samples = np.maximum(squares - mean**2, 0) * number / (number - 1)
+    of_blocks = blocks.var(1, ddof=1) * number / blocks.shape[1]
+    return mean, (of_samples + of_blocks) / 2
+
+
 def parse_sharing(adaptive: str | None, at_least: int, at_most: int, target: float) -> Sharing | None:
     """The settings of the command line's options; None without ``--adaptive``, which the other options need."""
     if adaptive is not None:
         return Sharing(adaptive, at_least, at_most, target)
     if (at_least, at_most, target) != (Sharing.at_least, Sharing.at_most, Sharing.target):
-        raise ValueError("at-least, at-most and pixel-error need --adaptive; give 'absolute' or 'relative'")
+        raise ValueError("at-least, at-most and pixel-error need --adaptive; give 'balanced'")
     return None
 
 

@@ -10,7 +10,7 @@ import mitsuba as mi
 
 from ..results.manifest import Line
 from ..results.style import BLUE, GREEN, INK, MUTED, PURPLE, SKY, VERMILION
-from .allocation import NEIGHBOURS, Sharing
+from .allocation import KINDS, NEIGHBOURS, Sharing
 from .domains import find_domain
 from .loading import make_integrator, motion_of, traced
 
@@ -141,7 +141,7 @@ WEIGHTS = RenderMethod(
 )  # fmt: skip
 #: Its cost is an estimate: the pilot's wavefronts and those of each level are smaller
 ADAPTIVE = RenderMethod(
-    "adaptive", "adaptive", "plain", {"adaptive": "absolute"}, Line(SKY, "solid"), cost=1.1,
+    "adaptive", "adaptive", "plain", {"adaptive": KINDS[0]}, Line(SKY, "solid"), cost=1.1,
     around=(len(NEIGHBOURS) + 2) * Sharing.at_least,
 )  # fmt: skip
 
