@@ -89,9 +89,14 @@ def voroquad_torus(points: np.ndarray) -> float:
     return cpu_seconds(lambda: vq.cells(points, periodic=True, threads=1).measures)
 
 
-def made(method: str) -> Program:
-    """A method of cells, on one thread."""
-    return lambda points: cpu_seconds(lambda: getattr(vq.cells(points, threads=1), method)())
+def made(method: str, then: Callable[[object], object] = lambda result: result) -> Program:
+    """A method of cells, on one thread, and what is done with its result."""
+    return lambda points: cpu_seconds(lambda: then(getattr(vq.cells(points, threads=1), method)()))
+
+
+def in_box(high: float) -> Program:
+    """Cells of the same points in the box [0, high]^d."""
+    return lambda points: cpu_seconds(lambda: vq.cells(points, bounds=(0, high), threads=1).measures)
 
 
 def on_threads(threads: int) -> Program:
@@ -243,10 +248,21 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         "CGAL Delaunay": by_cgal.get(3),
         "pyvoro2": pyvoro,
     }
-    structure = {
-        2: {"measures": voroquad, "polygons()": made("polygons"), "neighbours()": made("neighbours")},
-        3: {"measures": voroquad, "polyhedra()": made("polyhedra"), "neighbours()": made("neighbours")},
+    structure: dict[int, dict[str, Program | None]] = {
+        2: {
+            "measures": voroquad,
+            "polygons()": made("polygons"),
+            "list(polygons())": made("polygons", list),
+            "neighbours()": made("neighbours"),
+        },
+        3: {
+            "measures": voroquad,
+            "polyhedra()": made("polyhedra"),
+            "list(polyhedra())": made("polyhedra", list),
+            "neighbours()": made("neighbours"),
+        },
     }
+    boxes: dict[str, Program | None] = {"voroquad": voroquad, "voroquad, bounds=(0, 1)": in_box(1.0)}
     on_a_line: dict[str, Program | None] = {
         "voroquad": voroquad,
         "numpy sort": lambda x: cpu_seconds(lambda: np.sort(x[:, 0])),
@@ -260,6 +276,7 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         ("2-D uniform", uniform(10**6, 2), in_plane),
         ("2-D uniform", uniform(10**7, 2), alone),
         ("2-D uniform", uniform(10**6, 2), threads),
+        ("2-D uniform, box", uniform(10**6, 2), boxes),
         ("2-D Gaussian, sigma 1e-4", gaussian(10**5, 2), beside_uniform),
         ("2-D Cantor set", cantor(10**5, 2), beside_uniform),
         ("2-D 4096 sets of 64", small_sets, alone),
@@ -267,8 +284,8 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         ("3-D uniform", uniform(10**5, 3), in_space),
         ("3-D uniform", uniform(10**6, 3), alone),
         ("3-D uniform", uniform(10**5, 3), threads),
-        ("2-D structure", uniform(10**5, 2), dict(structure[2])),
-        ("3-D structure", uniform(10**5, 3), dict(structure[3])),
+        ("2-D structure", uniform(10**5, 2), structure[2]),
+        ("3-D structure", uniform(10**5, 3), structure[3]),
         ("3-D uniform, torus", uniform(10**5, 3), torus),
         ("3-D Gaussian, sigma 1e-4", gaussian(10**5, 3), alone),
         ("3-D Cantor set", cantor(10**5, 3), alone),

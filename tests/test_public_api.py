@@ -36,8 +36,7 @@ ARGUMENTS = {
 
 ATTRIBUTES = {
     "Cells": "bounds centroids geometries intervals locate measures neighbours periodic plot points polygon "
-    "polygon_arrays "
-    "polygons polyhedra polyhedron polyhedron_arrays triangulation",
+    "polygons polyhedra polyhedron triangulation",
     "Neighbours": "rows surfaces",
     "PiecewiseUniform": "d density from_boxes n sample weights",
     "ProductMeasure": "d density transform weights",

@@ -28,11 +28,12 @@ namespace VOROQUAD {
 // has the faces of their cell, and the others have no entries.
 template <std::size_t D>
 struct Neighbours {
-    std::vector<std::size_t> offsets, indices;
-    std::vector<double> measures;  // length or area of the shared face; 1 where D = 1
-    std::vector<double> distances; // between the two points, across that face
-    std::vector<std::array<std::int8_t, D>> periods; // of the image of the neighbour that is meant
-    std::vector<double> border; // of each cell, what lies on sides of the domain
+    detail::LargeArray<std::size_t> offsets, indices;
+    detail::LargeArray<double> measures;  // length or area of the shared face; 1 where D = 1
+    detail::LargeArray<double> distances; // between the two points, across that face
+    // Of the image of the neighbour that is meant
+    detail::LargeArray<std::array<std::int8_t, D>> periods;
+    detail::LargeArray<double> border; // of each cell, what lies on sides of the domain
 };
 
 namespace detail {
@@ -113,7 +114,15 @@ struct ContactRows {
         return {contacts.data() + offsets[r], offsets[r + 1] - offsets[r]};
     }
 
-    std::vector<std::size_t> offsets;
+    // Fetch ahead where a row begins, and then the row.
+    void fetch_offset(std::size_t r) const { prefetch_to_read(&offsets[r]); }
+    void fetch(std::size_t r) const {
+        const char *const begin = reinterpret_cast<const char *>(contacts.data() + offsets[r]);
+        const char *const end = reinterpret_cast<const char *>(contacts.data() + offsets[r + 1]);
+        for (const char *line = begin; line < end; line += 64) prefetch_to_read(line);
+    }
+
+    LargeArray<std::size_t> offsets;
     LargeArray<Contact<D>> contacts;
 };
 
@@ -147,8 +156,12 @@ Neighbours<D> rows_of(const FaceCollector<D> &faces, std::size_t points) {
     for (auto &c : contacts.contacts) c.to = first[c.to];
 
     RowWriter<D> writer(points, contacts.contacts.size());
+    constexpr std::size_t ahead = 8; // rows of points in no order are far apart
     for (std::size_t i = 0; i < points; ++i) {
-        const std::uint32_t s = site_of[i];
+        const std::uint32_t s = site_of[i], soon = site_of[std::min(i + 2 * ahead, points - 1)];
+        if (soon != none) contacts.fetch_offset(soon);
+        const std::uint32_t next = site_of[std::min(i + ahead, points - 1)];
+        if (next != none) contacts.fetch(next);
         writer.add(s == none ? std::span<Contact<D>>{} : contacts.row(s));
         if (s != none) writer.set_border(i, faces.border(s));
     }

@@ -79,10 +79,10 @@ PointView<D> one_set(const StridedSets &points) {
 }
 
 // Points (n, D), kept as they are
-template <std::size_t D>
-Array<double> flat(std::vector<Point<D>> &&points) {
+template <std::size_t D, class Memory>
+Array<double> flat(std::vector<Point<D>, Memory> &&points) {
     static_assert(sizeof(Point<D>) == D * sizeof(double));
-    using Kept = std::vector<Point<D>>;
+    using Kept = std::vector<Point<D>, Memory>;
     auto *kept = new Kept(std::move(points));
     nb::capsule owner(kept, [](void *p) noexcept { delete static_cast<Kept *>(p); });
     return Array<double>(kept->data()->data(), {kept->size(), D}, owner);
@@ -207,11 +207,14 @@ NeighbourRows neighbours_of(const StridedSets &points, const Region &region, uns
     }();
     const std::size_t n = rows.border.size(), m = rows.indices.size();
     std::vector<std::int8_t> periods;
-    periods.reserve(D * m);
-    for (const auto &p : rows.periods) periods.insert(periods.end(), p.begin(), p.end());
+    if (domain.bounds.any_periodic()) {
+        periods.reserve(D * m);
+        for (const auto &p : rows.periods) periods.insert(periods.end(), p.begin(), p.end());
+    }
+    const std::size_t shifts = periods.size() / D;
     return {own(std::move(rows.offsets), {n + 1}), own(std::move(rows.indices), {m}),
             own(std::move(rows.measures), {m}),    own(std::move(rows.distances), {m}),
-            own(std::move(periods), {m, D}),       own(std::move(rows.border), {n})};
+            own(std::move(periods), {shifts, D}),  own(std::move(rows.border), {n})};
 }
 
 NeighbourRows neighbours(StridedSets points, Sides sides, Axes periodic, Walls walls,
@@ -257,7 +260,8 @@ void bind_cells(nb::module_ &m) {
           "Distances (n,) to the farthest corners of the cells of points (1, n, d), d = 2 or 3.");
     m.def("neighbours", &neighbours, "points"_a, "sides"_a, "periodic"_a, "walls"_a, "threads"_a,
           "Rows (n + 1,), neighbours (m,), measures (m,) and distances (m,) of shared faces, "
-          "periods (m, d), and what lies on the border (n,), of the cells of points (1, n, d).");
+          "periods (m, d) or, where no axis is periodic, (0, d), and what lies on the border (n,), "
+          "of the cells of points (1, n, d).");
     m.def("nearest", &nearest, "points"_a, "places"_a, "sides"_a, "periodic"_a, "threads"_a,
           "Indices (m,) of the points (1, n, d) that are nearest to places (1, m, d).");
     m.def("measures_in_ball", &measures_in_ball, "points"_a, "sides"_a, "periodic"_a, "centre"_a,

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import pytest
 from any_points import any_set
@@ -57,29 +59,38 @@ def test_scans_as_the_measures_say():
     assert (np.abs(share - cells.measures) < 5.5 * spread).all()
 
 
-def test_cells_one_by_one_and_in_flat_arrays():
-    points = np.random.default_rng(7).random((20, 2))
-    cells = vq.cells(points)
-    arrays = cells.polygon_arrays()
-    assert len(arrays) == 20
-    assert arrays.offsets[-1] == len(arrays.coordinates)
-    for i, polygon in enumerate(cells.polygons()):
+def test_polygons_are_a_sequence_of_views_of_flat_arrays():
+    cells = vq.cells(np.random.default_rng(7).random((20, 2)))
+    polygons = cells.polygons()
+    assert isinstance(polygons, Sequence)
+    assert len(polygons) == len(list(polygons)) == 20
+    assert polygons.offsets[-1] == len(polygons.coordinates)
+    for i, polygon in enumerate(polygons):
         np.testing.assert_array_equal(polygon, cells.polygon(i))
-        np.testing.assert_array_equal(polygon, arrays.coordinates[arrays.offsets[i] : arrays.offsets[i + 1]])
-    np.testing.assert_array_equal(cells.polygon(-1), cells.polygon(19))
+        np.testing.assert_array_equal(polygon, polygons.coordinates[polygons.offsets[i] : polygons.offsets[i + 1]])
+        assert np.shares_memory(polygon, polygons.coordinates)
+    np.testing.assert_array_equal(cells.polygon(-1), polygons[19])
+    backwards = polygons[:3:-5]
+    assert isinstance(backwards, list)
+    for polygon, i in zip(backwards, (19, 14, 9, 4), strict=True):
+        np.testing.assert_array_equal(polygon, polygons[i])
     with pytest.raises(IndexError, match="cell 20 of 20"):
         cells.polygon(20)
 
 
-def test_polyhedra_one_by_one_and_in_flat_arrays():
+def test_polyhedra_are_a_sequence_of_views_of_flat_arrays():
     cells = vq.cells(np.random.default_rng(8).random((20, 3)), bounds=(0, 2))
-    arrays = cells.polyhedron_arrays()
-    assert len(arrays) == 20
-    for i, faces in enumerate(cells.polyhedra()):
-        assert len(faces) == len(cells.polyhedron(i)) == arrays.offsets[i + 1] - arrays.offsets[i]
+    polyhedra = cells.polyhedra()
+    assert isinstance(polyhedra, Sequence)
+    assert len(polyhedra) == len(list(polyhedra)) == 20
+    for i, faces in enumerate(polyhedra):
+        assert len(faces) == len(polyhedra[i]) == polyhedra.offsets[i + 1] - polyhedra.offsets[i]
         for ours, theirs in zip(faces, cells.polyhedron(i), strict=True):
             np.testing.assert_array_equal(ours, theirs)
-    assert arrays.face_offsets[-1] == len(arrays.coordinates)
+            assert np.shares_memory(ours, polyhedra.coordinates)
+    assert polyhedra.face_offsets[-1] == len(polyhedra.coordinates)
+    for faces, i in zip(polyhedra[-2:], (18, 19), strict=True):
+        np.testing.assert_array_equal(np.concatenate(faces), np.concatenate(polyhedra[i]))
     with pytest.raises(IndexError, match="cell -21 of 20"):
         cells.polyhedron(-21)
 

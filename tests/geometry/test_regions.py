@@ -200,7 +200,7 @@ def test_locates_places_of_the_domain_only():
             cells.locate([[0.1, 0.1], outside])
 
 
-@pytest.mark.parametrize("what", ["polygons", "triangulation", "polygon_arrays"])
+@pytest.mark.parametrize("what", ["polygons", "triangulation"])
 def test_refuses_what_pieces_have_not(what):
     name = what.removesuffix("_arrays").removesuffix("s")
     with pytest.raises(ValueError, match=f"several pieces and have no {name}s?; use geometries\\(\\), or for a convex"):

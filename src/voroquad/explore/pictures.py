@@ -244,7 +244,7 @@ def _within(points: Array, others: Array, distance: float) -> list[int]:
     return np.flatnonzero(KDTree(others).query(points)[0] <= distance).tolist()
 
 
-def _corners(polygons: list[Array]) -> tuple[Corners, Corners]:
+def _corners(polygons: Sequence[Array]) -> tuple[Corners, Corners]:
     """Abscissas and ordinates of each polygon's corners."""
     x, y = np.concatenate(polygons).T.tolist()
     ends = np.cumsum([len(polygon) for polygon in polygons]).tolist()

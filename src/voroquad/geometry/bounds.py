@@ -97,8 +97,12 @@ class Bounds:
 
     def from_core(self, points: Array, *, in_place: bool = False) -> Array:
         """Points (..., d) of the core in the box's own coordinates; a new array unless they may be changed in place."""
-        scaled = np.ldexp(points, self._exponent, out=points if in_place else None)
-        return np.add(scaled, self._offset, out=scaled)
+        scaled = points if in_place else points.copy()
+        if self._exponent:
+            np.ldexp(scaled, self._exponent, out=scaled)
+        if self._offset.any():
+            np.add(scaled, self._offset, out=scaled)
+        return scaled
 
     def measures_from_core(self, measures: Array, d: int | None = None) -> Array:
         """Lengths, areas or volumes that the core gave, in the box's own unit; those of `d` dimensions if given."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +16,7 @@ from .._support.html import table
 from .bounds import Bounds
 from .neighbours import Neighbours
 from .plots import draw
-from .shapes import Polygons, Polyhedra, pieces
+from .shapes import Polygons, Polyhedra
 from .triangulation import SAME, Triangulation, triangulate
 
 if TYPE_CHECKING:
@@ -89,25 +88,28 @@ class Cells:
         """Ends (n, 2) of each point's cell, d = 1; on a periodic axis they may lie outside the bounds."""
         return self._bounds.from_core(_core.intervals(self._one_set("intervals", 1), *self._bounds.in_core))
 
-    def polygons(self) -> list[Array]:
-        """Corners (k, 2) of each point's cell, counter-clockwise, d = 2.
+    def polygons(self) -> Polygons:
+        """Corners of each point's cell, counter-clockwise, d = 2.
 
+        Returns
+        -------
+        Polygons
+            A sequence of n arrays (k, 2). These are views, made when asked for, of one array ``coordinates`` (v, 2),
+            in which those of cell i begin at ``offsets[i]``.
+
+        Notes
+        -----
         On periodic axes a cell is not cut at the border of the box, so corners may lie outside it.
         Points that coincide each get the cell that they share.
         """
-        arrays = self.polygon_arrays()
-        return pieces(arrays.coordinates, arrays.offsets)
-
-    def polygon(self, i: int) -> Array:
-        """Corners (k, 2) of the cell of point i, counter-clockwise, d = 2."""
-        return self.polygon_arrays()[i]
-
-    def polygon_arrays(self) -> Polygons:
-        """Corners of all cells in one array, with the offset of each cell, d = 2."""
         self._one_set("polygons", 2)
         if self._polygons is None:
             self._polygons = self._cut_polygons()
         return self._polygons
+
+    def polygon(self, i: int) -> Array:
+        """Corners (k, 2) of the cell of point i, counter-clockwise, d = 2."""
+        return self.polygons()[i]
 
     def geometries(self) -> NDArray[np.object_]:
         """The cells (n,) as Shapely polygons, d = 2. For GeoPandas use ``GeoSeries(cells.geometries(), crs=...)``.
@@ -119,36 +121,38 @@ class Cells:
         except ImportError as error:
             raise ImportError(f"geometries needs Shapely; {install_hint('geo')}") from error
         self._one_set("geometries", 2)
-        polygons = Cells.polygon_arrays(self)
+        polygons = Cells.polygons(self)
         # A cell of fewer than three corners has no area, and Shapely's rings are closed
-        each = (polygons[i] for i in range(len(polygons)))
-        rings = [polygon if len(polygon) > 2 else np.repeat(polygon[:1], 3, axis=0) for polygon in each]
+        rings = [polygon if len(polygon) > 2 else np.repeat(polygon[:1], 3, axis=0) for polygon in polygons]
         geometries = np.array([shapely.Polygon(ring) for ring in rings], dtype=object)
         # Rounding may fold a thin cell; GEOS wants none that cross themselves, and cells are convex
         folded = ~shapely.is_valid(geometries)
         geometries[folded] = shapely.convex_hull(geometries[folded])
         return geometries
 
-    def polyhedra(self) -> list[list[Array]]:
-        """Faces of each point's cell, d = 3. A face is an array of its corners (k, 3), counter-clockwise from outside.
+    def polyhedra(self) -> Polyhedra:
+        """Faces of each point's cell, d = 3.
 
+        Returns
+        -------
+        Polyhedra
+            A sequence of n lists of faces. A face is an array (k, 3) of its corners, counter-clockwise from outside.
+            These are views, made when asked for, of one array ``coordinates`` (c, 3), in which those of face f begin at
+            ``face_offsets[f]``; the faces of cell i begin at ``offsets[i]``.
+
+        Notes
+        -----
         On periodic axes a cell is not cut at the border of the box. Points that coincide each get the
         cell that they share.
         """
-        arrays = self.polyhedron_arrays()
-        faces = pieces(arrays.coordinates, arrays.face_offsets)
-        return [faces[first:last] for first, last in itertools.pairwise(arrays.offsets.tolist())]
-
-    def polyhedron(self, i: int) -> list[Array]:
-        """Faces of the cell of point i, each an array of corners (k, 3), counter-clockwise from outside, d = 3."""
-        return self.polyhedron_arrays()[i]
-
-    def polyhedron_arrays(self) -> Polyhedra:
-        """Corners of all faces in one array, with the offsets of each face and of each cell, d = 3."""
         self._one_set("polyhedra", 3)
         if self._polyhedra is None:
             self._polyhedra = self._cut_polyhedra()
         return self._polyhedra
+
+    def polyhedron(self, i: int) -> list[Array]:
+        """Faces of the cell of point i, each an array of corners (k, 3), counter-clockwise from outside, d = 3."""
+        return self.polyhedra()[i]
 
     def locate(self, x: ArrayLike) -> Integers:
         """Index of the point whose cell contains x, that is, of the nearest point in the distance of the box or torus.
@@ -241,10 +245,10 @@ class Cells:
         if d == 1:
             raise ValueError("triangulation needs points in d = 2 or 3; on a line neighbours() has the pairs")
         if d == 2:
-            polygons = self.polygon_arrays()
+            polygons = self.polygons()
             corners, count = polygons.coordinates, np.diff(polygons.offsets)
         else:
-            polyhedra = self.polyhedron_arrays()
+            polyhedra = self.polyhedra()
             corners, count = polyhedra.coordinates, np.diff(polyhedra.face_offsets[polyhedra.offsets])
         return self._triangulate(corners, np.repeat(np.arange(len(count)), count))
 
@@ -326,7 +330,7 @@ class Cells:
         indptr, indices, measures, distances, periods, border = found
         measures, border = (box.measures_from_core(values, d - 1) for values in (measures, border))
         distances = box.measures_from_core(distances, 1)
-        shifts = periods.astype(np.int64)
+        shifts = periods.astype(np.int64) if box.periodic.any() else np.zeros((len(indices), d), np.int64)
         return Neighbours(indptr.view(np.int64), indices.view(np.int64), measures, distances, shifts, border)
 
     def _triangulate(self, corners: Array, owners: Integers) -> Triangulation:

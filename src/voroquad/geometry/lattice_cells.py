@@ -67,11 +67,11 @@ class LatticeCells(Cells):
 
     def _cut_polygons(self) -> Polygons:
         images, cells = self._around
-        return cells.polygon_arrays().take(images.home)
+        return cells.polygons().take(images.home)
 
     def _cut_polyhedra(self) -> Polyhedra:
         images, cells = self._around
-        return cells.polyhedron_arrays().take(images.home)
+        return cells.polyhedra().take(images.home)
 
     def _locate(self, places: NDArray[Any]) -> NDArray[Any]:
         given = self._lattice.read("x", places)

@@ -128,7 +128,7 @@ class RegionCells(Cells):
             raise ValueError("centroids: a cell has no area in the domain; drop points that coincide with the border")
         return np.asarray(centroids)
 
-    def polygon_arrays(self) -> Polygons:
+    def polygons(self) -> Polygons:
         """Raises ValueError, since cells may consist of several pieces."""
         self._refuse("polygons")
 

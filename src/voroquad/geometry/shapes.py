@@ -1,10 +1,12 @@
-"""Cells as polygons and polyhedra in flat arrays."""
+"""Cells as polygons and polyhedra: sequences that make each cell when asked, from flat arrays."""
 
 from __future__ import annotations
 
 import itertools
 import operator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from typing import overload
 
 import numpy as np
 
@@ -12,8 +14,8 @@ from .._support.arrays import Array, Integers
 
 
 @dataclass(frozen=True, eq=False)
-class Polygons:
-    """Cells in the plane. Coinciding points each have the cell that they share.
+class Polygons(Sequence[Array]):
+    """The cells in the plane as arrays (k, 2) of corners. Coinciding points each have the cell that they share.
 
     Attributes
     ----------
@@ -30,9 +32,19 @@ class Polygons:
         """Number of cells."""
         return len(self.offsets) - 1
 
-    def __getitem__(self, i: int) -> Array:
-        """Corners (k, 2) of cell i."""
+    @overload
+    def __getitem__(self, i: int) -> Array: ...
+    @overload
+    def __getitem__(self, i: slice) -> list[Array]: ...
+    def __getitem__(self, i: int | slice) -> Array | list[Array]:
+        """Corners (k, 2) of cell i, or a list of them for a slice."""
+        if isinstance(i, slice):
+            return [self[k] for k in range(*i.indices(len(self)))]
         return self.coordinates[range_of(self.offsets, i)]
+
+    def __iter__(self) -> Iterator[Array]:
+        """Corners (k, 2) of one cell after the other."""
+        return _pieces(self.coordinates, self.offsets)
 
     def take(self, cells: Integers) -> Polygons:
         """Some of the cells (m,), in the order given."""
@@ -41,8 +53,10 @@ class Polygons:
 
 
 @dataclass(frozen=True, eq=False)
-class Polyhedra:
-    """Cells in space. Coinciding points each have the cell that they share.
+class Polyhedra(Sequence[list[Array]]):
+    """The cells in space as lists of faces, each an array (k, 3) of corners.
+
+    Coinciding points each have the cell that they share.
 
     Attributes
     ----------
@@ -62,11 +76,22 @@ class Polyhedra:
         """Number of cells."""
         return len(self.offsets) - 1
 
-    def __getitem__(self, i: int) -> list[Array]:
-        """Faces of cell i, each its corners (k, 3)."""
+    @overload
+    def __getitem__(self, i: int) -> list[Array]: ...
+    @overload
+    def __getitem__(self, i: slice) -> list[list[Array]]: ...
+    def __getitem__(self, i: int | slice) -> list[Array] | list[list[Array]]:
+        """Faces of cell i, each its corners (k, 3), or a list of them for a slice."""
+        if isinstance(i, slice):
+            return [self[k] for k in range(*i.indices(len(self)))]
         faces = range_of(self.offsets, i)
         ends = self.face_offsets[faces.start : faces.stop + 1]
-        return [self.coordinates[first:last] for first, last in itertools.pairwise(ends.tolist())]
+        return list(_pieces(self.coordinates, ends))
+
+    def __iter__(self) -> Iterator[list[Array]]:
+        """Faces of one cell after the other."""
+        faces = _pieces(self.coordinates, self.face_offsets)
+        return (list(itertools.islice(faces, count)) for count in np.diff(self.offsets).tolist())
 
     def take(self, cells: Integers) -> Polyhedra:
         """Some of the cells (m,), in the order given."""
@@ -75,10 +100,10 @@ class Polyhedra:
         return Polyhedra(self.coordinates[corners], face_offsets, offsets)
 
 
-def pieces(coordinates: Array, offsets: Integers) -> list[Array]:
+def _pieces(coordinates: Array, offsets: Integers) -> Iterator[Array]:
     """``coordinates[offsets[k]:offsets[k + 1]]`` for all k: views, made without a loop in Python."""
     ends = offsets.tolist()
-    return list(map(coordinates.__getitem__, map(slice, ends[:-1], ends[1:])))
+    return map(coordinates.__getitem__, map(slice, ends, ends[1:]))
 
 
 def range_of(offsets: Integers, i: int) -> slice:

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include <voroquad/detail/instruction_set.hpp>
@@ -108,27 +109,30 @@ public:
     // than three faces meet, corners coincide.
     template <class Visit>
     void for_each_face(Visit &&visit) const {
-        for_each_numbered_face([&](const std::vector<Point<3>> &corners, std::uint32_t face) {
-            visit(corners, normal(face));
+        for_each_numbered_face([&](std::span<const std::uint32_t> corners, std::uint32_t face) {
+            corners_.clear();
+            for (const std::uint32_t v : corners) corners_.push_back(vertex(v));
+            visit(static_cast<const std::vector<Point<3>> &>(corners_), normal(face));
         });
     }
-    // Calls visit(corners, face) with the number of each face instead.
+    // Calls visit(corners, face) with the numbers of each face's corners and its own instead.
     template <class Visit>
     void for_each_numbered_face(Visit &&visit) const {
+        // Rounding may make a face come back to a vertex, but to no half-edge
+        if (around_.size() < 4 * size_) around_.resize(8 * size_);
         walked_.assign(4 * size_, 0);
         for (std::size_t i = 0; i < free_count_; ++i)
             if (free_places_[i] < size_) std::fill_n(walked_.begin() + 4 * free_places_[i], 4, 1);
         char *const walked = walked_.data();
-        auto &corners = corners_;
+        std::uint32_t *const around = around_.data();
         for (std::uint32_t first = 0; first < 4 * size_; ++first) {
             if ((first & 3) == 3 || walked[first]) continue;
-            corners.clear();
+            std::size_t n = 0;
             for (std::uint32_t edge = first; !walked[edge]; edge = turn(twin_[edge])) {
                 walked[edge] = 1;
-                const std::uint32_t v = edge >> 2;
-                corners.push_back({xyz_[0][v], xyz_[1][v], xyz_[2][v]});
+                around[n++] = edge >> 2;
             }
-            visit(static_cast<const std::vector<Point<3>> &>(corners), face_[first]);
+            visit(std::span<const std::uint32_t>{around, n}, face_[first]);
         }
     }
 
@@ -363,11 +367,12 @@ private:
     std::size_t free_count_ = 0;             // its height
     std::vector<Crossing> crossings_;        // edges that the last plane cuts
     std::size_t crossing_count_ = 0;
-    std::size_t removed_count_ = 0;          // vertices that the last plane removes
-    std::vector<std::uint32_t> crossing_of_; // for half-edges that cross, the crossing
-    std::uint64_t crossings_before_ = 1;     // crossings of all earlier cuts, of all cells
-    mutable std::vector<char> walked_;       // which half-edges a walk around faces has met
-    mutable std::vector<Point<3>> corners_;  // of the face that such a walk is at
+    std::size_t removed_count_ = 0;             // vertices that the last plane removes
+    std::vector<std::uint32_t> crossing_of_;    // for half-edges that cross, the crossing
+    std::uint64_t crossings_before_ = 1;        // crossings of all earlier cuts, of all cells
+    mutable std::vector<char> walked_;          // which half-edges a walk around faces has met
+    mutable std::vector<std::uint32_t> around_; // corners of the face that such a walk is at
+    mutable std::vector<Point<3>> corners_;     // where they are
     // For each face, the last crossing with this face on its left
     std::vector<std::uint64_t> last_crossing_;
 };

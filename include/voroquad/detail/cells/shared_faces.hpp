@@ -15,6 +15,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -222,12 +223,14 @@ void for_each_side(const Polygon &cell, Visit &&visit) {
 }
 template <class Visit>
 void for_each_side(const ConvexPolyhedron &cell, Visit &&visit) {
-    cell.for_each_numbered_face([&](const std::vector<Point<3>> &corners, std::uint32_t face) {
-        Point<3> twice{};
-        for (std::size_t i = 2; i < corners.size(); ++i) {
-            const Point<3> triangle = cross(difference<3>(corners[i - 1], corners[0]),
-                                            difference<3>(corners[i], corners[0]));
+    cell.for_each_numbered_face([&](std::span<const std::uint32_t> corners, std::uint32_t face) {
+        const Point<3> first = cell.vertex(corners[0]);
+        Point<3> twice{}, last{};
+        for (std::size_t i = 1; i < corners.size(); ++i) {
+            const Point<3> way = difference<3>(cell.vertex(corners[i]), first);
+            const Point<3> triangle = cross(last, way);
             for (std::size_t a = 0; a < 3; ++a) twice[a] += triangle[a];
+            last = way;
         }
         visit(0.5 * std::max(0.0, dot<3>(twice, cell.normal(face))), cell.across(face));
     });
