@@ -219,6 +219,22 @@ def output_of(*command: object) -> str:
 # ---------------------------------------------------------------------- the run
 
 
+STRUCTURE: dict[int, dict[str, Program | None]] = {
+    2: {
+        "measures": voroquad,
+        "polygons()": made("polygons"),
+        "list(polygons())": made("polygons", list),
+        "neighbours()": made("neighbours"),
+    },
+    3: {
+        "measures": voroquad,
+        "polyhedra()": made("polyhedra"),
+        "list(polyhedra())": made("polyhedra", list),
+        "neighbours()": made("neighbours"),
+    },
+}
+
+
 def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]]]:
     """Names, points and programs; the first program is what the others are compared with."""
     by_cgal = cgal(folder)
@@ -248,20 +264,6 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         "CGAL Delaunay": by_cgal.get(3),
         "pyvoro2": pyvoro,
     }
-    structure: dict[int, dict[str, Program | None]] = {
-        2: {
-            "measures": voroquad,
-            "polygons()": made("polygons"),
-            "list(polygons())": made("polygons", list),
-            "neighbours()": made("neighbours"),
-        },
-        3: {
-            "measures": voroquad,
-            "polyhedra()": made("polyhedra"),
-            "list(polyhedra())": made("polyhedra", list),
-            "neighbours()": made("neighbours"),
-        },
-    }
     boxes: dict[str, Program | None] = {"voroquad": voroquad, "voroquad, bounds=(0, 1)": in_box(1.0)}
     on_a_line: dict[str, Program | None] = {
         "voroquad": voroquad,
@@ -284,8 +286,8 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         ("3-D uniform", uniform(10**5, 3), in_space),
         ("3-D uniform", uniform(10**6, 3), alone),
         ("3-D uniform", uniform(10**5, 3), threads),
-        ("2-D structure", uniform(10**5, 2), structure[2]),
-        ("3-D structure", uniform(10**5, 3), structure[3]),
+        ("2-D structure", uniform(10**5, 2), STRUCTURE[2]),
+        ("3-D structure", uniform(10**5, 3), STRUCTURE[3]),
         ("3-D uniform, torus", uniform(10**5, 3), torus),
         ("3-D Gaussian, sigma 1e-4", gaussian(10**5, 3), alone),
         ("3-D Cantor set", cantor(10**5, 3), alone),
