@@ -37,6 +37,7 @@ class ConvexDomain(Bounds):
         hull = ConvexHull((vertices - middle) / extent)
         self.volume = float(hull.volume) * extent**self.d
         normals = hull.equations[:, :-1]
+        self._middle = vertices.mean(axis=0)
         # An offset by which no vertex lies outside, whatever Qhull has rounded
         self._walls = np.column_stack([normals, (vertices @ normals.T).max(axis=0)])
         self._extent = float(extent)
@@ -65,6 +66,10 @@ class ConvexDomain(Bounds):
             if not gap.any():
                 break
             moved = moved + gap * self._walls[worst, :-1]
+        # Out of one wall and another the way into a sharp edge is long: what is left goes towards the middle
+        gaps = np.minimum(self._walls[:, -1] - moved @ self._walls[:, :-1].T, 0)
+        room = self._walls[:, -1] - self._walls[:, :-1] @ self._middle
+        moved = moved + (gaps / (gaps - room)).max(axis=-1, keepdims=True) * (self._middle - moved)
         points[outside] = np.clip(moved, *self.sides.T)
         return points
 
