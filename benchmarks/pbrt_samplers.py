@@ -18,7 +18,7 @@ import mitsuba as mi
 import numpy as np
 
 from voroquad.mitsuba import generators
-from voroquad.mitsuba.generators import BITS, NIBBLE
+from voroquad.mitsuba.generators import BITS, BYTE
 
 NAMES = ("zsobol", "owen-sobol")
 
@@ -59,9 +59,10 @@ def register() -> None:
 
         def digits(self, index: mi.UInt32, dimension: mi.UInt32) -> mi.UInt32:
             """Bits of a coordinate in reverse order, before it is scrambled."""
-            found = mi.UInt32(0)
-            for place in range(BITS // NIBBLE):
-                entry = dimension * 128 + (place << NIBBLE) + ((index >> NIBBLE * place) & 15)
+            found, reverse = mi.UInt32(0), dr.brev(index)
+            for place in range(BITS // BYTE):
+                of_place = (reverse >> BITS - BYTE * (place + 1)) & ((1 << BYTE) - 1)
+                entry = dimension * (BITS // BYTE << BYTE) + (place << BYTE) + of_place
                 found ^= dr.gather(mi.UInt32, self._tables, entry)
             return found
 

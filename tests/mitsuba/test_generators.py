@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from voroquad.mitsuba.generators import BITS, JOINT, crossed, joe_kuo, nibble_tables, sz, upper_digits
+from voroquad.mitsuba.generators import BITS, JOINT, byte_tables, crossed, joe_kuo, sz, upper_digits
 
 SOBOL = JOINT["joe-kuo"]
 
@@ -89,10 +89,11 @@ def test_pairs_that_are_no_nets_stay_as_they_are():
 
 @pytest.mark.parametrize(("kind", "columns"), [("joe-kuo", joe_kuo(SOBOL)), ("sz", sz())])
 def test_tables_give_the_same_coordinates(kind, columns):
-    tables = nibble_tables(kind, 6).reshape(JOINT[kind], 8, 16)
+    tables = byte_tables(kind, 6).reshape(JOINT[kind], 4, 256)
     indices = np.array([0, 1, 0x12345678, 0xFFFFFFFF, 0x80000000], np.uint64)
     found = np.zeros((JOINT[kind], len(indices)), np.uint64)
-    for place in range(8):
-        found ^= tables[:, place, (indices >> np.uint64(4 * place) & np.uint64(15)).astype(int)]
+    for place in range(4):
+        read = (indices >> np.uint64(8 * place) & np.uint64(255)).astype(int)
+        found ^= tables[:, place, [int(f"{value:08b}"[::-1], 2) for value in read]]
     for row, expected in zip(found, numbers(crossed(columns, 6), indices), strict=True):
         assert [int(f"{x:032b}"[::-1], 2) for x in row] == expected.tolist()

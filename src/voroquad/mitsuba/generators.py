@@ -21,8 +21,8 @@ BITS = 32
 #: Coordinates that are sampled jointly; later ones repeat them with the points in another order
 JOINT = {"joe-kuo": 256, "sz": 4}
 KINDS = tuple(JOINT)
-#: Bits of an index that one look-up in `nibble_tables` takes
-NIBBLE = 4
+#: Bits of an index that one look-up in `byte_tables` takes
+BYTE = 8
 
 #: Products in GF(4) = {0, 1, ω, ω + 1}, with ω² = ω + 1; element a + b ω is the number a + 2 b
 _PRODUCTS = ((0, 0, 0, 0), (0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2))
@@ -32,8 +32,8 @@ _DIGIT_MAPS = (((0, 1), (1, 0)), ((1, 1), (0, 1)), ((0, 1), (1, 0)), ((1, 1), (0
 
 
 @cache
-def nibble_tables(kind: str, bits: int) -> Columns:
-    """The XOR of the columns of each four bits of an index, as bit-reversed coordinates.
+def byte_tables(kind: str, bits: int) -> Columns:
+    """The XOR of the columns of each eight bits of an index, as bit-reversed coordinates.
 
     Parameters
     ----------
@@ -44,14 +44,14 @@ def nibble_tables(kind: str, bits: int) -> Columns:
 
     Returns
     -------
-    ndarray of uint32, (JOINT[kind] · 128,)
-        Entry 128 d + 16 j + v is of coordinate d, where bits 4j to 4j + 3 of the index are v.
+    ndarray of uint32, (JOINT[kind] · 1024,)
+        Entry 1024 d + 256 j + v is of coordinate d, where bits 8j to 8j + 7 of the index are v in reverse order.
     """
     columns = crossed(joe_kuo(JOINT[kind]) if kind == "joe-kuo" else sz(), bits)
-    values = np.arange(1 << NIBBLE)
-    tables = np.zeros((len(columns), BITS // NIBBLE, 1 << NIBBLE), np.uint32)
+    values = np.arange(1 << BYTE)
+    tables = np.zeros((len(columns), BITS // BYTE, 1 << BYTE), np.uint32)
     for k in range(BITS):
-        tables[:, k // NIBBLE] ^= np.where(values >> k % NIBBLE & 1, _reversed_bits(columns[:, k])[:, None], 0)
+        tables[:, k // BYTE] ^= np.where(values >> (BYTE - 1 - k % BYTE) & 1, _reversed_bits(columns[:, k])[:, None], 0)
     return tables.ravel()
 
 

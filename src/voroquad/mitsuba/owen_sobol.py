@@ -10,9 +10,9 @@ import mitsuba as mi
 
 from .._support.checks import one_of, positive_int
 from .accumulation import quotient
-from .generators import BITS, JOINT, KINDS, NIBBLE, nibble_tables, upper_digits
+from .generators import BITS, BYTE, JOINT, KINDS, byte_tables, upper_digits
 from .properties import read_property
-from .scrambles import combine, crossed_scramble, morton, nested_shuffle, nested_shuffle_of_fours
+from .scrambles import combine, crossed_scramble, morton, nested_scramble, nested_shuffle_of_fours
 
 #: The generators that "auto" stands for
 DEFAULT_GENERATORS = "sz"
@@ -233,18 +233,18 @@ class OwenSobol(mi.Sampler):
         return pixel, number, bits
 
     def _begin(self) -> None:
-        """Set index and key of each sample of the wavefront."""
+        """Set the key of each sample of the wavefront, and its index, whose bits are kept in reverse order."""
         pixel, number, bits = self._samples()
         set_bits = (self._crossed - 1).bit_length() if self._crossed else bits
         if self._tables is None or set_bits != self._set_bits:
-            self._tables, self._set_bits = mi.UInt32(nibble_tables(self._kind, set_bits)), set_bits
+            self._tables, self._set_bits = mi.UInt32(byte_tables(self._kind, set_bits)), set_bits
         # Beyond the samples that were asked for, another sequence begins
         seed = combine(self._seed, dr.opaque(mi.UInt32, self._begun >> bits))
         if self._window.pixels and self.order == "morton":
             place, self._key, place_bits = self._place(pixel, seed, BITS - bits)
-            self._index, self._bits = place << bits | number, place_bits + bits
+            self._reversed, self._bits = dr.brev(place << bits | number), place_bits + bits
         else:
-            self._index, self._bits = number, bits
+            self._reversed, self._bits = dr.brev(number), bits
             self._key = combine(pixel, seed ^ _OF_PIXEL)
         self.dimension = mi.UInt32(0)
 
@@ -276,16 +276,19 @@ class OwenSobol(mi.Sampler):
         return [self._coordinate(first + k, index) for k in range(count)]
 
     def _index_in(self, group: mi.UInt32) -> mi.UInt32:
-        """The indices of the samples for a group of coordinates: each but the first takes them in another order."""
-        shuffled = nested_shuffle(self._index, combine(group, self._key ^ _OF_GROUP))
-        return dr.select(group == 0, self._index, shuffled)
+        """The reversed indices for a group of coordinates: each but the first takes the samples in another order.
+
+        It is a random permutation that maps aligned blocks of 2^m indices to such blocks, for every m.
+        """
+        shuffled = nested_scramble(self._reversed, combine(group, self._key ^ _OF_GROUP))
+        return dr.select(group == 0, self._reversed, shuffled)
 
     def _coordinate(self, dimension: mi.UInt32, index: mi.UInt32) -> mi.Float:
-        """A coordinate of points of the sequence, scrambled."""
+        """A coordinate of the points of reversed indices, scrambled."""
         digits = mi.UInt32(0)
-        first = dimension % JOINT[self._kind] * (BITS // NIBBLE << NIBBLE)
-        for place in range(-(-self._bits // NIBBLE)):
-            entry = first + ((index >> NIBBLE * place) & ((1 << NIBBLE) - 1)) + (place << NIBBLE)
+        first = dimension % JOINT[self._kind] * (BITS // BYTE << BYTE)
+        for place in range(-(-self._bits // BYTE)):
+            entry = first + ((index >> BITS - BYTE * (place + 1)) & ((1 << BYTE) - 1)) + (place << BYTE)
             digits ^= dr.gather(mi.UInt32, self._tables, entry)
         upper, other = upper_digits(self._set_bits)
         upper -= (dimension & 1) * (upper - other)

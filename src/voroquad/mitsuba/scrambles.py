@@ -47,15 +47,10 @@ def crossed_scramble(reversed_bits: mi.UInt32, key: mi.UInt32, upper: mi.UInt32,
     The digits after the first `upper` ones and up to `bits` depend on each other only: those of two points that are
     the same stay the same. All other digits depend on all that are higher, as in `nested_scramble`.
     """
-    scrambled = nested_scramble(reversed_bits, key)
-    lower = nested_scramble(reversed_bits >> upper, finalise(key)) << upper
-    kept = (mi.UInt32(1) << upper) - 1 | mi.UInt32((1 << BITS) - (1 << bits))
+    of_upper = (mi.UInt32(1) << upper) - 1
+    kept = of_upper | mi.UInt32((1 << BITS) - (1 << bits))
+    scrambled, lower = (nested_scramble(x, key) for x in (reversed_bits, reversed_bits & ~of_upper))
     return (scrambled & kept) | (lower & ~kept)
-
-
-def nested_shuffle(index: mi.UInt32, key: mi.UInt32) -> mi.UInt32:
-    """A random permutation of indices that maps aligned blocks of 2^m to such blocks, for every m."""
-    return dr.brev(nested_scramble(dr.brev(index), key))
 
 
 def nested_shuffle_of_fours(code: mi.UInt32, digits: int, key: mi.UInt32) -> mi.UInt32:
