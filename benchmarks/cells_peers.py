@@ -1,12 +1,12 @@
 """Time of cell measures beside peers, on the same points in the same run.
 
-    pip install -e '.[bench]'; apt-get install voro++-dev libcgal-dev     (and a C++ compiler; cargo for Rust crates)
+    pip install -e '.[bench]' geogram; apt-get install voro++-dev libcgal-dev   (and a C++ compiler; cargo for Rust)
     python benchmarks/cells_peers.py                          (10 minutes; peers that are not there are left out)
 
 Writes benchmarks/results/cells_peers.csv: nanoseconds per point, the least of three interleaved runs, of fifteen where
 one takes less than two seconds, on one thread and of CPU time; where the number of threads is named, of wall time on a
-machine that does nothing else. SciPy's columns, delaunator, spade and CGAL are the diagram or the triangulation alone,
-without measures and without the border. All measures that a peer returns are compared with voroquad's.
+machine that does nothing else. SciPy's columns, delaunator, spade, CGAL and geogram are the diagram or the
+triangulation alone, without measures and without the border. All measures that a peer returns are compared with voroquad's.
 
 Programs in C++ are compiled with CPP_FLAGS, those in Rust with RUST_FLAGS and link-time optimization.
 `--only WORD` runs the cases whose name contains the word, and writes no file.
@@ -196,6 +196,19 @@ def cgal(folder: Path) -> dict[int, Program]:
     return {d: triangulation("CGAL", folder, program, d) for d in (2, 3)} if program else {}
 
 
+def geogram(folder: Path) -> dict[int, Program]:
+    """The same by geogram; the wheel of its Python binding holds the library and its headers."""
+    binding = importlib.util.find_spec("geogram")
+    if binding is None or binding.origin is None:
+        return {}
+    site = Path(binding.origin).parent.parent
+    bundled = site / "geogram.libs"
+    library = [f"-I{site / 'include' / 'geogram1'}", f"-L{site / 'lib64'}", "-lgeogram", "-fopenmp", "-pthread", "-ldl"]
+    needs = [*map(str, bundled.glob("libtbb*")), f"-Wl,-rpath,{bundled}"]
+    program = compiled("geogram", folder, *library, *needs)
+    return {d: triangulation("geogram", folder, program, d) for d in (2, 3)} if program else {}
+
+
 def meshless_voronoi(folder: Path) -> Program | None:
     """Volumes by the Rust crate."""
     program = crate("meshless_voronoi", "meshless-time", folder)
@@ -237,7 +250,7 @@ STRUCTURE: dict[int, dict[str, Program | None]] = {
 
 def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]]]:
     """Names, points and programs; the first program is what the others are compared with."""
-    by_cgal = cgal(folder)
+    by_cgal, by_geogram = cgal(folder), geogram(folder)
     alone: dict[str, Program | None] = {"voroquad": voroquad}
     beside_uniform: dict[str, Program | None] = {
         "voroquad": voroquad,
@@ -256,12 +269,14 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         "delaunator": triangulating_crate("delaunator", folder),
         "spade": triangulating_crate("spade", folder),
         "CGAL Delaunay": by_cgal.get(2),
+        "geogram Delaunay": by_geogram.get(2),
     }
     in_space: dict[str, Program | None] = {
         "voroquad": voroquad,
         "voro++": voropp(folder),
         "meshless_voronoi": meshless_voronoi(folder),
         "CGAL Delaunay": by_cgal.get(3),
+        "geogram Delaunay": by_geogram.get(3),
         "pyvoro2": pyvoro,
     }
     boxes: dict[str, Program | None] = {"voroquad": voroquad, "voroquad, bounds=(0, 1)": in_box(1.0)}

@@ -80,14 +80,15 @@ def test_a_polytope_has_faces_on_its_walls():
     assert on_wall.measures.sum() == pytest.approx(1 / 6, abs=1e-15)
 
 
-def test_rounded_points_beside_sharp_edges_count_as_on_them():
-    """Two walls at 30 degrees, and points of single precision beyond both."""
-    wedge = [(0, 0, 0), (1, 0, 0), (1, np.tan(np.pi / 6), 0), (0, 0, 1), (1, 0, 1), (1, np.tan(np.pi / 6), 1)]
-    beyond = np.float32([(-3e-8, 0, 0.5), (0.7, 0.3, 0.2), (-2e-8, -4e-8, 0.25), (1e-8, 2e-8, 0.75)])
-    cells = vq.cells(beyond, domain=wedge)
-    np.testing.assert_allclose(cells.measures.sum(), np.tan(np.pi / 6) / 2, rtol=1e-14)
-    np.testing.assert_allclose(cells.points, beyond, rtol=0, atol=5e-7)
-    assert vq.cells(cells.points, domain=wedge).measures.sum() == pytest.approx(np.tan(np.pi / 6) / 2, rel=1e-14)
+def test_rounded_points_beyond_sharp_edges_count_as_on_them():
+    """The first point is on an edge whose walls are at a sharp angle, but for single precision."""
+    corners = [(-2, -2, -1), (1, -2, 1), (-1, -1, -2), (-1, -1, 1), (2, 0, -1), (0, 0, 0), (0, 1, -2), (-2, 2, -1)]
+    points = np.float32([(1.254902, -1.4901961, 0.49019608), (0.2112958, -0.72178715, -1.4204613)])
+    cells = vq.cells(points, domain=corners)
+    np.testing.assert_allclose(cells.measures.sum(), 79 / 6, rtol=1e-14)
+    np.testing.assert_allclose(cells.points, points, rtol=0, atol=1e-6)
+    again = vq.cells(cells.points, domain=corners)  # in double precision these are in the domain
+    np.testing.assert_allclose(again.measures, cells.measures, rtol=1e-13)
 
 
 def test_takes_batches_and_other_units():
