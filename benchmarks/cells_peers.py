@@ -6,7 +6,8 @@
 Writes benchmarks/results/cells_peers.csv: nanoseconds per point, the least of three interleaved runs, of fifteen where
 one takes less than two seconds, on one thread and of CPU time; where the number of threads is named, of wall time on a
 machine that does nothing else. SciPy's columns, delaunator, spade, CGAL and geogram are the diagram or the
-triangulation alone, without measures and without the border. All measures that a peer returns are compared with voroquad's.
+triangulation alone, without measures and without the border. All measures that a peer returns are compared with
+voroquad's.
 
 Programs in C++ are compiled with CPP_FLAGS, those in Rust with RUST_FLAGS and link-time optimization.
 `--only WORD` runs the cases whose name contains the word, and writes no file.
