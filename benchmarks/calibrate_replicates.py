@@ -19,7 +19,7 @@ from csv_rows import put
 
 import voroquad as vq
 from voroquad._support.checks import whole_numbers
-from voroquad.integrals.replicates import ERROR_SCALE, SCALE_BESIDE_GRID, Sizes
+from voroquad.integrals.replicates import Sizes, error_scale
 from voroquad.study.genz import FAMILIES, instances
 
 RESULTS = Path(__file__).parent / "results" / "replicate_scale.csv"
@@ -37,7 +37,7 @@ def ratios(d: int, n: int, members: int, sets: int) -> np.ndarray:
                 found.append(0.0)
                 continue
             low, high = r.confidence_interval(0.95)
-            scale = SCALE_BESIDE_GRID if Sizes.of(n, d).side else ERROR_SCALE
+            scale = error_scale(Sizes.of(n, d), d)
             found.append(abs(r.integral - f.integral) / ((high - low) / 2 / scale))
     return np.array(found).reshape(len(FAMILIES), -1)
 

@@ -3,7 +3,8 @@
 Errors and times are measured at powers of two of the evaluations, on one thread. The time is that of a call without
 func, the least of several, plus 40 ns per evaluation. Between the sizes logarithms are interpolated. The ratios of mean
 squared errors, ours over that of `qmc_quad`, at times that double, are geometric means over members of each of Genz's
-eight families. Writes benchmarks/results/replicate_time.csv; rows of dimensions that are not measured stay.
+eight families. Writes benchmarks/results/replicate_time.csv, for docs/measured/integrals.md; rows of dimensions that
+are not measured stay.
 
     VOROQUAD_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 nice python benchmarks/replicate_time.py --dimensions 4,6,8
 """

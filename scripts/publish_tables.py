@@ -28,6 +28,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "families": integrals.families_table,
         "replicate-gains": integrals.replicate_gains_table,
         "replicate-cost": integrals.replicate_cost_table,
+        "replicate-time": integrals.replicate_time_table,
         "peers": integrals.peers_table,
         "peer-times": integrals.peer_times_table,
         "equal-time": integrals.equal_time_table,

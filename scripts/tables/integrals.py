@@ -66,6 +66,15 @@ def replicate_cost_table() -> str:
     return markdown(rows, "ll")
 
 
+def replicate_time_table() -> str:
+    """Squared error of method="polynomials" over that of qmc_quad at equal processor time, by family."""
+    measured = read(RESULTS / "replicate_time.csv")
+    rows = [["d", "ms", *FAMILIES]]
+    for r in measured:
+        rows.append([r["d"], r["milliseconds"], *(short(float(r[name])) for name in FAMILIES)])
+    return markdown(rows, "ll")
+
+
 def coverage_table() -> str:
     """How often the interval from one set holds the integral: on average over the families, and in the least."""
     measured = read(RESULTS / "coverage.csv")

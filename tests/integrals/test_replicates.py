@@ -66,6 +66,15 @@ def test_smooth_integrands_gain():
     assert errors["polynomials"] < errors["plain"] / 20
 
 
+def test_the_error_is_that_of_the_spread_of_the_replicates():
+    """Times a factor: the largest for small replicates in many dimensions, the least beside a grid."""
+    for d, n, factor in ((8, 1024, 1.6), (8, 4096, 1.6), (8, 8192, 1.3), (4, 1024, 1.3), (4, 6000, 1.15)):
+        run = run_of(lambda x: np.abs(x - 0.4).max(axis=0), d, n)
+        estimate, _ = run.estimate()
+        spread = math.sqrt(np.square(estimate.deviations).sum() / (run.count - 1) / run.count)
+        assert estimate.error[0] == pytest.approx(factor * spread, rel=1e-6)
+
+
 def test_components_choose_for_themselves():
     """What goes with a component changes nothing of it but the last digits."""
     both = integrate(lambda x: np.stack([np.exp(x[0] * x[1]), x.sum(axis=0) < 1.2]), 4, 4096)

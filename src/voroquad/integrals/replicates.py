@@ -41,7 +41,7 @@ FEWEST = FEWEST_REPLICATES * BLOCK
 
 #: Largest number of terms over the square root of the evaluations: with it, the time of fits is in proportion to the
 #: evaluations. And the largest number at all.
-TERMS, MOST_TERMS = 4.0, 2000
+TERMS, MOST_TERMS = 2.0, 2000
 
 #: The same of polynomials from a grid, whose time is that of their means over the nets alone.
 TERMS_OF_GRID = 8.0
@@ -49,6 +49,10 @@ TERMS_OF_GRID = 8.0
 #: Factor of the standard error of the mean of replicates, since they are not independent: each is corrected by
 #: polynomials that are fitted to the others. benchmarks/calibrate_replicates.py measures the least that suffices.
 ERROR_SCALE = 1.3
+
+#: The same of small replicates, which have fewer than this number of points for each corner of the box: those of peaks
+#: and corners seldom have a fair share of the large values, and then none of them shows it.
+SCALE_OF_FEW, FEW_PER_CORNER = 1.6, 8
 
 #: The same of replicates beside a grid. They are independent but for the choice of a degree.
 SCALE_BESIDE_GRID = 1.15
@@ -93,6 +97,20 @@ class Sizes:
     def whole(self) -> int:
         """All evaluations."""
         return self.cells + self.count * self.m
+
+
+def error_scale(sizes: Sizes, d: int) -> float:
+    """The factor of the standard error of the mean of replicates.
+
+    Examples
+    --------
+    >>> from voroquad.integrals.replicates import Sizes, error_scale
+    >>> [error_scale(Sizes.of(n, 8), 8) for n in (1024, 4096, 16_384)]
+    [1.6, 1.6, 1.3]
+    """
+    if sizes.side:
+        return SCALE_BESIDE_GRID
+    return SCALE_OF_FEW if sizes.m < FEW_PER_CORNER << d else ERROR_SCALE
 
 
 @dataclass(frozen=True)
@@ -140,7 +158,7 @@ class _Replicates:
         d = integrand.d
         self.integrand, self.grid, self.threads = integrand, grid, threads
         self.side, self.cells, self.m, self.count = sizes.side, sizes.cells, sizes.m, sizes.count
-        self.scale = ERROR_SCALE if grid is None else SCALE_BESIDE_GRID
+        self.scale = error_scale(sizes, d)
         half = self.count // 2
         most = min(MOST_TERMS, (TERMS if grid is None else TERMS_OF_GRID) * math.sqrt(sizes.whole))
         if grid is None:
