@@ -68,8 +68,8 @@ def write_comparison(
         [
             Plot("spp", "mse", "samples per pixel", mse, None, 1),
             Plot("seconds", "mse", "seconds", mse, None, 0),
-            Plot("spp", "blur_1.5", "samples per pixel", f"{mse} after a blur of 1.5 pixels", None, 1),
-            Plot("spp", "blur_3", "samples per pixel", f"{mse} after a blur of 3 pixels", None, 1),
+            Plot("spp", "blur_1.5", "samples per pixel", "MSE after a blur of 1.5 pixels", None, 1),
+            Plot("spp", "blur_3", "samples per pixel", "MSE after a blur of 3 pixels", None, 1),
         ],
         lines={method.label: method.line for method in methods},
     )
