@@ -17,6 +17,7 @@
 #include <voroquad/detail/fits/dense.hpp>
 #include <voroquad/detail/fits/nearest_fit.hpp>
 #include <voroquad/detail/gauss.hpp>
+#include <voroquad/detail/kept_blocks.hpp>
 #include <voroquad/local_fit.hpp>
 
 namespace {
@@ -165,6 +166,22 @@ void check_covariances() {
 
 } // namespace
 
+// Memory that is given back is taken again for as many bytes, and for no others.
+void check_kept_blocks() {
+    using voroquad::detail::KeptBlocks;
+    const std::size_t bytes = KeptBlocks::least + 64;
+    void *first = KeptBlocks::take(bytes);
+    KeptBlocks::give_back(first, bytes);
+    void *other = KeptBlocks::take(bytes + 64), *again = KeptBlocks::take(bytes);
+    require_equal(other == first, 0.0, 0.0, "a block of another size");
+    require_equal(again == first, 1.0, 0.0, "a block of the same size");
+    for (std::size_t i = 0; i < 3 * KeptBlocks::count; ++i)
+        KeptBlocks::give_back(KeptBlocks::take(bytes + 128 * i), bytes + 128 * i);
+    KeptBlocks::give_back(other, bytes + 64);
+    KeptBlocks::give_back(again, bytes);
+    KeptBlocks::give_back(KeptBlocks::take(KeptBlocks::most + 64), KeptBlocks::most + 64);
+}
+
 // Factors, inverses, condition numbers and elimination of a matrix that is known
 void check_dense() {
     using namespace voroquad::detail;
@@ -216,6 +233,7 @@ void check_dense() {
 }
 
 int main() {
+    check_kept_blocks();
     check_dense();
     check_bias<2>(voroquad::UniformDesign<2>(5), {2, 2}, 2e-3);
     check_bias<3>(voroquad::UniformDesign<3>(2), {1, 1, 1}, 5e-3);

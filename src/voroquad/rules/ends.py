@@ -120,13 +120,16 @@ def powers_of_slopes(t: Array, values: Array) -> tuple[Array, Array]:
 
 def power_of(places: Array, slopes: Array) -> tuple[Array, Array]:
     """The same from slopes (..., m) at places (..., m)."""
-    one_sign = (np.sign(slopes) == np.sign(slopes[..., :1])).all(axis=-1) & (slopes != 0).all(axis=-1)
+    m = slopes.shape[-1]
+    one_sign = np.abs(np.sign(slopes).sum(axis=-1)) == m
+    if not one_sign.any():
+        return np.full(one_sign.shape, np.nan), np.full(one_sign.shape, np.nan)
     logs = np.log(np.abs(np.where(one_sign[..., None], slopes, 1)))
     places = np.log(places)
-    places = places - places.mean(axis=-1, keepdims=True)
-    logs = logs - logs.mean(axis=-1, keepdims=True)
+    places = places - places.sum(axis=-1, keepdims=True) / m
+    logs = logs - logs.sum(axis=-1, keepdims=True) / m
     rate = (logs * places).sum(axis=-1) / np.square(places).sum(axis=-1)
-    off = np.sqrt(np.square(logs - rate[..., None] * places).mean(axis=-1))
+    off = np.sqrt(np.square(logs - rate[..., None] * places).sum(axis=-1) / m)
     return np.where(one_sign, rate + 1, np.nan), np.where(one_sign, off, np.nan)
 
 

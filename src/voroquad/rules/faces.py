@@ -114,7 +114,9 @@ def of_replicates(points: Array, values: Array) -> Array:
 def _median_slopes(t: Array, f: Array) -> tuple[Array, Array]:
     """Places (k − 1,) and medians over the rows of slopes (fields, k − 1), of values (fields, k, m) at t (k, m)."""
     places = np.exp(np.log((t[1:] + t[:-1]) / 2).mean(axis=1))
-    return places, np.median(np.diff(f, axis=1) / np.diff(t, axis=0), axis=2)
+    slopes = np.sort((f[:, 1:] - f[:, :-1]) / (t[1:] - t[:-1]), axis=2)
+    middle = slopes.shape[2] // 2
+    return places, (slopes[..., middle] + slopes[..., ~middle]) / 2
 
 
 def _amount(slopes: Array, place: float, beta: Array) -> Array:

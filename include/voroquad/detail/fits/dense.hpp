@@ -12,6 +12,7 @@
 #include <vector>
 
 #include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/kept_blocks.hpp>
 #include <voroquad/detail/simd.hpp>
 #include <voroquad/parallel.hpp>
 
@@ -36,7 +37,7 @@ public:
 
 private:
     std::size_t rows_ = 0, columns_ = 0;
-    Numbers values_;
+    std::vector<double, Kept<double>> values_;
 };
 
 inline Matrix transposed(const Matrix &a) {
