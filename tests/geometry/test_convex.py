@@ -61,6 +61,18 @@ def test_of_any_set_fill_the_corner_of_a_cube(points):
         assert near.border.sum() == pytest.approx(surface, abs=1e-10)
 
 
+def test_corners_of_half_spaces_that_meet_at_a_small_angle_are_inside():
+    """Rounding moves the vertices that Qhull finds there by many roundings of their coordinates."""
+    corners = np.array([(-1.0, -2, 1), (-2, 0, -1), (2, 2, -2), (-2, 1, -2)])
+    walls = ConvexHull(corners).equations
+    assert (walls[:, :-1] @ walls[:, :-1].T).min() < -0.999
+    for scale in np.random.default_rng(1).uniform(0.1, 10, (20, len(walls), 1)):
+        cells = vq.cells(corners, domain=(scale * walls[:, :-1], -scale[:, 0] * walls[:, -1]))
+        assert cells.measures.sum() == pytest.approx(ConvexHull(corners).volume, rel=1e-12)
+    with pytest.raises(ValueError, match=r"points\[0\] = .* is outside the domain"):
+        vq.cells(corners + np.array([0, 1e-12, 0]), domain=(walls[:, :-1], -walls[:, -1]))
+
+
 def test_shapes_and_neighbours_end_at_walls():
     points = [[0.5, 0.25], [0.5, 1.0]]
     cells = vq.cells(points, domain=[(0, 0), (2, 0), (0, 2)])

@@ -195,11 +195,15 @@ def test_distant_points_keep_their_digits():
         vq.cells(single + np.float32(2), cell=np.eye(2))
 
 
-def test_of_batches_are_the_measures():
-    batch = np.random.default_rng(1).random((3, 10, 2))
-    vectors = [(1, 0.2), (0.4, 1)]
-    measures = vq.cells(batch, cell=vectors).measures
-    np.testing.assert_array_equal(measures, [vq.cells(points, cell=vectors).measures for points in batch])
+@pytest.mark.parametrize("d", [2, 3])
+def test_of_batches_are_the_measures(d):
+    """To the last bit: points are wrapped once."""
+    rng = np.random.default_rng(1)
+    for _ in range(12):
+        vectors = sheared(rng, random_lattice(rng, d))
+        batch = rng.choice([0.0, 0.1, 0.25, 1 / 3, 0.5], (12, 2, d)) @ vectors
+        measures = vq.cells(batch, cell=vectors).measures
+        np.testing.assert_array_equal(measures, [vq.cells(points, cell=vectors).measures for points in batch])
 
 
 @given(d=st.integers(2, 3), seed=st.integers(0, 2**32))

@@ -130,7 +130,9 @@ def _own(inside: Array, given: Array) -> Array:
 def _of_lattice(points: ArrayLike, d: int, lattice: Lattice, threads: int) -> Cells:
     if lattice.d != d:
         raise ValueError(f"cell has {lattice.d} lattice vectors, the points have d = {d}")
-    return LatticeCells(points, lattice, threads) if d > 1 else LineCells(points, lattice, threads)
+    if d == 1:
+        return LineCells(points, lattice, threads)
+    return LatticeCells(lattice.wrapped(lattice.read("points", points)), lattice, threads)
 
 
 def refuse_with(name: str, **others: bool | np.bool_) -> None:

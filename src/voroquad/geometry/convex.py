@@ -28,9 +28,12 @@ class ConvexDomain(Bounds):
     ----------
     vertices : ndarray, (k, d), d = 2 or 3
         Points on the border of the domain, in any order, which is their convex hull.
+    half_spaces : ndarray, (m, d + 1), optional
+        What the domain was given by: unit normals and offsets. Points are then held against these. Where walls
+        meet at a small angle, rounding moves a vertex, and the box around all, by many roundings of its coordinates.
     """
 
-    def __init__(self, vertices: Array):
+    def __init__(self, vertices: Array, half_spaces: Array | None = None):
         low, high = vertices.min(axis=0), vertices.max(axis=0)
         super().__init__(vertices.shape[1], np.stack([low, high], axis=-1))
         middle, extent = (low + high) / 2, (high - low).max()
@@ -41,6 +44,7 @@ class ConvexDomain(Bounds):
         # An offset by which no vertex lies outside, whatever Qhull has rounded
         self._walls = np.column_stack([normals, (vertices @ normals.T).max(axis=0)])
         self._extent = float(extent)
+        self._half_spaces = half_spaces
 
     @property
     def region(self) -> tuple[Array, NDArray[np.bool_], Array]:
@@ -52,7 +56,7 @@ class ConvexDomain(Bounds):
 
     def depth(self, places: Array) -> Array:
         """Distance (...,) of places (..., d) from the border, where that is less than from any corner."""
-        return (self._walls[:, -1] - places @ self._walls[:, :-1].T).min(axis=-1)
+        return _depth(self._walls, places)
 
     def _drawn_in(self, points: Array) -> Array:
         outside = self.depth(points) < -UNSEEN * np.abs(self.sides).max()
@@ -75,9 +79,12 @@ class ConvexDomain(Bounds):
 
     def _refuse_outside(self, points: Array, dtype: np.dtype[Any], name: str) -> None:
         slack = ROUNDINGS * np.finfo(dtype).eps * np.abs(self.sides).max()
-        low, high = self.sides.T
-        refuse_outside(name, points, low, high, self._remedy(), slack=slack)
-        outside = np.argwhere(self.depth(points) < -slack)
+        if self._half_spaces is None:
+            low, high = self.sides.T
+            refuse_outside(name, points, low, high, self._remedy(), slack=slack)
+        walls = self._walls if self._half_spaces is None else self._half_spaces
+        with np.errstate(over="ignore", invalid="ignore"):
+            outside = np.argwhere(~(_depth(walls, points) >= -slack))
         if len(outside):
             first = tuple(outside[0].tolist())
             index = first[0] if len(first) == 1 else first
@@ -85,6 +92,10 @@ class ConvexDomain(Bounds):
 
     def _remedy(self) -> str:
         return "drop the point or give a larger domain"
+
+
+def _depth(half_spaces: Array, places: Array) -> Array:
+    return np.asarray((half_spaces[:, -1] - places @ half_spaces[:, :-1].T).min(axis=-1))
 
 
 def from_vertices(vertices: ArrayLike, d: int) -> ConvexDomain:
@@ -129,7 +140,7 @@ def from_half_spaces(normals: ArrayLike, offsets: ArrayLike, d: int) -> ConvexDo
     if not np.isfinite(corners).all():
         raise ValueError("domain=(A, b) is not bounded; add half-spaces")
     _refuse_flat(corners)
-    return ConvexDomain(corners)
+    return ConvexDomain(corners, np.column_stack([a, b]))
 
 
 def _refuse_flat(vertices: Array) -> None:

@@ -21,10 +21,14 @@ class LatticeCells(Cells):
 
     They are those of a box that holds the points and so many images that no cell can change: all that are nearer than
     twice the radius of the largest cell, the distance from its point to its farthest corner.
+
+    Parameters
+    ----------
+    home : ndarray, (n, d) or (sets, n, d)
+        Points as :meth:`Lattice.wrapped` returns them. Wrapped twice they would move by roundings.
     """
 
-    def __init__(self, points: ArrayLike, lattice: Lattice, threads: int):
-        home = lattice.wrapped(lattice.read("points", points))
+    def __init__(self, home: Array, lattice: Lattice, threads: int):
         low, high = home.reshape(-1, lattice.d).min(axis=0), home.reshape(-1, lattice.d).max(axis=0)
         margin = np.linalg.norm(lattice.reduced, axis=1).sum()
         super().__init__(home, Bounds(lattice.d, np.stack([low - margin, high + margin], axis=-1)), threads)
@@ -56,7 +60,7 @@ class LatticeCells(Cells):
 
     def _measure(self) -> Array:
         if self._points.ndim == 3:
-            each = [LatticeCells(points, self._lattice, self._threads).measures for points in self._points]
+            each = [LatticeCells(home, self._lattice, self._threads).measures for home in self._points]
             return np.array(each)
         images, cells = self._around
         return cells.measures[images.home]
