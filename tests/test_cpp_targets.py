@@ -85,16 +85,17 @@ def test_files_with_and_without_vector_extensions_share_no_function(compiler: st
 
 
 def test_without_vector_extensions_all_bits_are_the_same(tmp_path: Path) -> None:
+    """Nor does it matter how far the compiler optimises: wheels are built with -O3."""
     outputs = []
-    for compiler, flag in (
-        ("g++", "-UVOROQUAD_PORTABLE"),
-        ("g++", "-DVOROQUAD_PORTABLE"),
-        ("clang++", "-DVOROQUAD_PORTABLE"),
+    for compiler, level, flag in (
+        ("g++", "-O3", "-UVOROQUAD_PORTABLE"),
+        ("g++", "-O1", "-UVOROQUAD_PORTABLE"),
+        ("g++", "-O1", "-DVOROQUAD_PORTABLE"),
+        ("clang++", "-O1", "-DVOROQUAD_PORTABLE"),
     ):
         require(compiler)
-        common = ["-std=c++20", "-O1", "-ffp-contract=off", f"-I{INCLUDE}", "-pthread", BITS]
+        common = ["-std=c++20", level, "-ffp-contract=off", f"-I{INCLUDE}", "-pthread", BITS]
         run(compiler, *common, flag, "-o", tmp_path / "bits")
         outputs.append(run(tmp_path / "bits"))
     assert len(outputs[0].splitlines()) > 2000
-    assert outputs[1] == outputs[0]
-    assert outputs[2] == outputs[0]
+    assert all(output == outputs[0] for output in outputs)

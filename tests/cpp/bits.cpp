@@ -23,7 +23,8 @@ double random_number() {
     return static_cast<double>(state >> 11) * 0x1p-53;
 }
 
-void print(const char *name, const std::vector<double> &values) {
+template <class Values = std::vector<double>>
+void print(const char *name, const Values &values) {
     for (std::size_t i = 0; i < values.size(); i += 17) std::printf("%s %a\n", name, values[i]);
 }
 

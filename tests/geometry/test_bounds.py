@@ -85,3 +85,10 @@ def test_no_digit_is_lost_on_the_way_to_the_core(low, side, share):
 def test_the_unit_box_costs_no_copy():
     x = np.random.default_rng(2).random((9, 2))
     assert Bounds(2).to_core(x) is x
+
+
+@pytest.mark.parametrize("bounds", [(0, 1), (0, 4), (-1, 1)])
+def test_no_zero_has_a_sign(bounds):
+    cells = vq.cells([[-0.0, 0.5], [0.5, -0.0]], bounds=bounds)
+    for values in (cells.points, cells.polygons().coordinates, vq.cells([-0.0, 0.5], bounds=bounds).intervals()):
+        assert not np.signbit(values[values == 0]).any()

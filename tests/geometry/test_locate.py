@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections.abc import Sequence
 
 import numpy as np
@@ -93,6 +94,50 @@ def test_polyhedra_are_a_sequence_of_views_of_flat_arrays():
         np.testing.assert_array_equal(np.concatenate(faces), np.concatenate(polyhedra[i]))
     with pytest.raises(IndexError, match="cell -21 of 20"):
         cells.polyhedron(-21)
+
+
+def shapes_of(d):
+    cells = vq.cells(np.random.default_rng(9).random((6, d)))
+    return cells.polygons() if d == 2 else cells.polyhedra()
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_shapes_can_be_taken_by_number(d):
+    shapes = shapes_of(d)
+    for cells in ([4, -1, 0, 4], np.array([4, 5, 0, 4], np.uint8)):
+        taken = shapes.take(cells)
+        assert len(taken) == 4
+        for ours, theirs in zip(taken, [shapes[i] for i in (4, 5, 0, 4)], strict=True):
+            for a, b in zip(ours, theirs, strict=True):
+                np.testing.assert_array_equal(a, b)
+    assert len(shapes.take([])) == 0
+    for wrong, cell in (([0, 6], 6), ([-7], -7)):
+        with pytest.raises(IndexError, match=f"cell {cell} of 6"):
+            shapes.take(wrong)
+    for wrong in (3, [0.5], np.ones(6, bool), [[0, 1]]):
+        with pytest.raises(TypeError, match=r"cells must be whole numbers \(m,\), got .*; of a mask np.flatnonzero"):
+            shapes.take(wrong)
+
+
+@pytest.mark.parametrize("d", [2, 3])
+@pytest.mark.parametrize("copied", [False, True])
+def test_shapes_cannot_be_written_to(d, copied):
+    shapes = pickle.loads(pickle.dumps(shapes_of(d))) if copied else shapes_of(d)
+    np.testing.assert_array_equal(shapes.coordinates, shapes_of(d).coordinates)
+    corners = shapes[1] if d == 2 else shapes[1][0]
+    for array in (shapes.coordinates, shapes.offsets, corners, corners[0]):
+        with pytest.raises(ValueError, match="read-only"):
+            array[0] = 0
+
+
+@pytest.mark.parametrize("d", [2, 3])
+def test_shapes_do_not_look_for_a_cell(d):
+    shapes = shapes_of(d)
+    for look in (lambda: shapes[0] in shapes, lambda: shapes.index(shapes[0]), lambda: shapes.count(shapes[0])):
+        with pytest.raises(TypeError, match="cannot look for a cell, as cells are arrays; compare their arrays by"):
+            look()
+    assert shapes == shapes
+    assert shapes != list(shapes)
 
 
 def test_points_are_those_given():

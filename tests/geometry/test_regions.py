@@ -202,7 +202,7 @@ def test_locates_places_of_the_domain_only():
 
 @pytest.mark.parametrize("what", ["polygons", "triangulation"])
 def test_refuses_what_pieces_have_not(what):
-    name = what.removesuffix("_arrays").removesuffix("s")
+    name = what.removesuffix("s")
     with pytest.raises(ValueError, match=f"several pieces and have no {name}s?; use geometries\\(\\), or for a convex"):
         getattr(vq.cells([[0.1, 0.1]], domain=BAY), what)()
 

@@ -97,12 +97,11 @@ class Bounds:
 
     def from_core(self, points: Array, *, in_place: bool = False) -> Array:
         """Points (..., d) of the core in the box's own coordinates; a new array unless they may be changed in place."""
-        scaled = points if in_place else points.copy()
-        if self._exponent:
-            np.ldexp(scaled, self._exponent, out=scaled)
-        if self._offset.any():
-            np.add(scaled, self._offset, out=scaled)
-        return scaled
+        target = points if in_place else None
+        scaled = np.ldexp(points, self._exponent, out=target) if self._exponent else points
+        # Adding 0 makes 0 of −0; one number is added in less time than an array
+        offset = self._offset if self._offset.any() else 0.0
+        return np.add(scaled, offset, out=target if scaled is points else scaled)
 
     def measures_from_core(self, measures: Array, d: int | None = None) -> Array:
         """Lengths, areas or volumes that the core gave, in the box's own unit; those of `d` dimensions if given."""
