@@ -51,6 +51,21 @@ def test_pixels_have_the_samples_that_they_have_with_as_many_everywhere(rfilter,
         np.testing.assert_allclose(image[same][:, :3], whole[same], rtol=1e-5, atol=1e-7)
 
 
+def test_an_image_takes_two_wavefronts(ball, monkeypatch):
+    """The pilot's, and the rest: what a wavefront costs beside its rays would add up."""
+    wavefronts = []
+
+    def noted(values, index, spp):
+        wavefronts.append(len(index))
+        return accumulation.pixel_means(values, index, spp)
+
+    monkeypatch.setattr("voroquad.mitsuba.adaptive.pixel_means", noted)
+    scene = load_scene(ball, size=(16, 12))
+    samples = render(scene, plain(adaptive="absolute", aovs="samples"))[..., 3]
+    assert len(np.unique(samples)) > 2
+    assert wavefronts == [16 * 16 * 12, samples.sum() - 16 * 16 * 12]
+
+
 def test_bands_and_chunks_do_not_change_the_bits(ball, monkeypatch):
     scene = load_scene(ball)
     adaptive = {"adaptive": "relative", "aovs": "samples"}

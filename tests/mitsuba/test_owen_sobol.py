@@ -408,9 +408,9 @@ def test_wavefronts_of_one_sample_make_nets_too():
     assert all(is_net(np.array(drawn)[:, :, pixel].T) for pixel in range(32))
 
 
-def picked(own, pixels, spp, draws=1, start=0):
+def picked(own, pixels, spp, draws=1):
     """Coordinates (2 · draws, pixels, spp) of some pixels, a sample of each at a time."""
-    own.pick(mi.UInt32(pixels), start)
+    own.pick(mi.UInt32(pixels))
     own.set_samples_per_wavefront(1)
     own.seed(0, len(pixels))
     drawn = []
@@ -426,6 +426,21 @@ def test_picked_pixels_have_the_samples_of_the_whole_image(order):
     own = sampler(sample_count=16, order=order, **SIZE)
     whole = draw(own, 4)
     np.testing.assert_array_equal(picked(own, pixels, 16, 2), whole[:, pixels])
+
+
+def test_picked_pixels_begin_at_samples_of_their_own():
+    """A pixel may come twice, and the next wavefront goes on in each."""
+    pixels, starts = [3, WIDTH + 1, 3], [4, 0, 8]
+    own = sampler(sample_count=16, order="none", **SIZE)
+    whole = draw(own, 2)
+    own.pick(mi.UInt32(pixels), mi.UInt32(starts))
+    own.set_samples_per_wavefront(2)
+    own.seed(0, 2 * len(pixels))
+    drawn = [np.array(own.next_2d()).reshape(2, -1, 2)]
+    own.advance()
+    drawn = np.concatenate([*drawn, np.array(own.next_2d()).reshape(2, -1, 2)], -1)
+    for k, (pixel, start) in enumerate(zip(pixels, starts, strict=True)):
+        np.testing.assert_array_equal(drawn[:, k], whole[:, pixel, start : start + 4])
 
 
 def test_slices_of_moving_objects_have_the_samples_of_the_whole_image(monkeypatch):

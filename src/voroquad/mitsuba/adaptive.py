@@ -19,7 +19,7 @@ from .plain import Plain, band_seed
 from .properties import read_property
 from .recipes import names
 
-#: Colours, whose squares the pilot sums too
+#: Colours, the first columns of `Layout.row`, whose squares the pilot sums too
 _COLOURS = 3
 #: Blocks of the pilot's samples, at most
 _BLOCKS = 4
@@ -163,54 +163,54 @@ class Adaptive(Plain):
         width, height = Footprint(sensor.film()).window
         number = self.sharing.at_least
         blocks = min(_BLOCKS, number)
-        sums = self._sums(scene, sensor, seed, np.arange(width * height), 0, number, spp, blocks)
-        of_blocks = (sums * blocks / number).reshape(width * height, blocks, -1)
-        colours, squares = of_blocks[..., -2 * _COLOURS : -_COLOURS], of_blocks[..., -_COLOURS:].mean(1)
-        found = of_a_sample(colours, squares, number)
-        mean, variance = (values.reshape(height, width, _COLOURS) for values in found)
-        return of_blocks[..., : -2 * _COLOURS].mean(1), mean, variance
+
+        def of_pixels(pixels: Integers) -> tuple[Floats, Floats, Floats]:
+            means = self._means(scene, sensor, seed, pixels, np.zeros_like(pixels), spp, blocks, squares=True)
+            by_block = means.reshape(len(pixels), blocks, -1).swapaxes(0, 1)
+            # Block after block in memory: sums over a short axis that is inside are slow
+            of_blocks = np.ascontiguousarray(by_block, np.float64).swapaxes(0, 1)
+            columns, squares = of_blocks[..., :-_COLOURS], of_blocks[..., -_COLOURS:].mean(1)
+            return columns.mean(1), *of_a_sample(columns[..., :_COLOURS], squares, number)
+
+        step = self._sets_at_once
+        pixels = np.arange(width * height)
+        parts = [of_pixels(pixels[first : first + step]) for first in range(0, len(pixels), step)]
+        means, mean, variance = (np.concatenate(values) for values in zip(*parts, strict=True))
+        return means, mean.reshape(height, width, _COLOURS), variance.reshape(height, width, _COLOURS)
 
     def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, number: int) -> Floats:
-        """Means over the rays of each pixel of a band of what they bring, in the columns of `Layout.row`.
-
-        Level after level: the pixels that have 2n samples or more get those from number n on.
-        """
+        """Means over the rays of each pixel of a band of what they bring, in the columns of `Layout.row`."""
         pilot = self._pilot
         assert pilot is not None, "explore comes before bands"
         footprint = Footprint(sensor.film())
         width, band = footprint.window[0], footprint.bands(spp)[number]
         pixels = np.arange(band.start * width, band.stop * width)
-        wanted = pilot.counts.ravel()[pixels]
-        if seed == pilot.seed:
-            sums = pilot.means[pixels] * self.sharing.at_least
-        else:
-            sums = self._sums(scene, sensor, seed, pixels, 0, self.sharing.at_least, spp)[:, : -2 * _COLOURS]
-        level = self.sharing.at_least
-        while (more := wanted > level).any():
-            sums[more] += self._sums(scene, sensor, seed, pixels[more], level, level, spp)[:, : -2 * _COLOURS]
-            level *= 2
-        return sums / wanted[:, None]
+        sets = pilot.counts.ravel()[pixels] // self.sharing.at_least
+        known = seed == pilot.seed
+        sums = pilot.means[pixels] if known else np.zeros_like(pilot.means[pixels])
+        more = np.flatnonzero(sets > known)
+        # Wavefronts end between pixels: then the bits do not depend on where
+        part = np.cumsum(sets[more] - known) // self._sets_at_once
+        for own in np.split(more, np.flatnonzero(np.diff(part)) + 1) if len(more) else []:
+            sums[own] += self._sums(scene, sensor, seed, pixels[own], sets[own], spp, int(known))
+        return sums / sets[:, None]
 
     def _sums(
-        self,
-        scene: mi.Scene,
-        sensor: mi.Sensor,
-        seed: int,
-        pixels: Integers,
-        start: int,
-        number: int,
-        spp: int,
-        blocks: int = 1,
+        self, scene: mi.Scene, sensor: mi.Sensor, seed: int, pixels: Integers, sets: Integers, spp: int, first: int
     ) -> Floats:
-        """Sums over samples `start` to before `start + number` of pixels, some pixels at a time.
+        """Sums over sets of `at_least` samples of each pixel, from set `first` to before its number of `sets`, of the
+        means over each set, in the columns of `Layout.row`."""
+        number = sets - first
+        begin = np.cumsum(number) - number
+        rank = np.arange(number.sum()) - np.repeat(begin, number)
+        starts = (first + rank) * self.sharing.at_least
+        means = self._means(scene, sensor, seed, np.repeat(pixels, number), starts, spp)
+        return np.add.reduceat(means, begin, axis=0, dtype=np.float64)
 
-        The columns are those of `Layout.row`, then the colours and their squares. Each pixel has a row for each of so
-        many blocks of its samples.
-        """
-        step, of_block = max(1, accumulation.BAND_RAYS // number), number // blocks
-        parts = (pixels[first : first + step] for first in range(0, len(pixels), step))
-        means = [self._means(scene, sensor, seed, part, start, number, spp, of_block) for part in parts]
-        return np.concatenate(means) * of_block
+    @property
+    def _sets_at_once(self) -> int:
+        """Sets of `at_least` samples in a wavefront, about."""
+        return max(1, accumulation.BAND_RAYS // self.sharing.at_least)
 
     def _means(
         self,
@@ -218,20 +218,26 @@ class Adaptive(Plain):
         sensor: mi.Sensor,
         seed: int,
         pixels: Integers,
-        start: int,
-        number: int,
+        starts: Integers,
         spp: int,
-        of_block: int,
+        blocks: int = 1,
+        *,
+        squares: bool = False,
     ) -> Floats:
-        """Means over blocks of those samples, in one wavefront."""
+        """Means over `at_least` samples of pixels, from number `starts` of each on, in one wavefront.
+
+        The columns are those of `Layout.row`, then the squares of the colours if they are asked for. Each set of
+        samples has a row for each of so many blocks of it.
+        """
         film, footprint = sensor.film(), Footprint(sensor.film())
         film.prepare(self.aov_names())
+        number = self.sharing.at_least
         picked = mi.UInt32(pixels.astype(np.uint32))
         sampler = self._sampler_of(sensor, self.sharing.most(spp))
         width, height = footprint.window
         sampler.cover(width, height, range(height), order="none")
-        sampler.pick(picked, start)
-        sampler.cross(self.sharing.at_least)
+        sampler.pick(picked, mi.UInt32(starts.astype(np.uint32)))
+        sampler.cross(number)
         sampler.set_samples_per_wavefront(number)
         sampler.seed(dr.opaque(mi.UInt32, seed), len(pixels) * number)
 
@@ -242,11 +248,10 @@ class Adaptive(Plain):
         corner += mi.ScalarPoint2i(film.crop_offset()) - footprint.border
         rays = self.rays_of(sensor, sampler, index, corner)
         values = self.values(scene, film, sampler, rays)
-        colours = values.channels[:_COLOURS]
         layout = self.layout(film)
         columns = layout.row(values, footprint.weights(rays.drawn.pixel) if layout.taps else [])
-        means = pixel_means([*columns, *colours, *(c * c for c in colours)], index, of_block)
-        return means.astype(np.float64)
+        moments = [c * c for c in values.channels[:_COLOURS]] if squares else []
+        return pixel_means([*columns, *moments], index, number // blocks)
 
 
 def make_plain(props: mi.Properties) -> Plain:

@@ -122,7 +122,8 @@ class OwenSobol(mi.Sampler):
         self._per_wavefront = 0  # samples of a pixel in a wavefront; 0: not told
         self._seed = mi.UInt32(0)
         self._picked: mi.UInt32 | None = None  # pixels of the wavefront; None: those of the window
-        self._start = self._begun = 0  # samples of each pixel before those of the first wavefront, and of this one
+        self._starts: mi.UInt32 | None = None  # samples of each of them before those of the first wavefront
+        self._begun = 0  # samples of each pixel in the wavefronts before this one
         self._kind = DEFAULT_GENERATORS if self.generators == "auto" else self.generators
         self._tables: mi.UInt32 | None = None  # until it is seeded
         self._crossed = self._set_bits = 0  # samples whose pairs are crossed; 0: those of a pixel; and their bits
@@ -144,19 +145,20 @@ class OwenSobol(mi.Sampler):
         """
         self._window = Window(width, height, rows.start, rows.stop)
         self.order = self.order if order is None else order
-        self._picked, self._start = None, 0
+        self._picked = self._starts = None
 
-    def pick(self, pixels: mi.UInt32, start: int = 0) -> None:
+    def pick(self, pixels: mi.UInt32, starts: mi.UInt32 | None = None) -> None:
         """Set the pixels that the next wavefront samples, of the image that `cover` has described.
 
         Parameters
         ----------
         pixels : mitsuba.UInt32
-            Numbers of pixels of the image, row by row. Each has the samples that it has in the whole image.
-        start : int
-            That many samples of each pixel are left out.
+            Numbers of pixels of the image, row by row. Each has the samples that it has in the whole image. A pixel may
+            come several times, with other samples.
+        starts : mitsuba.UInt32, optional
+            So many samples of each of them are left out. None may reach beyond the sampler's samples per pixel.
         """
-        self._picked, self._start = pixels, start
+        self._picked, self._starts = pixels, starts
 
     def cross(self, samples: int) -> None:
         """Have the points of each so many samples of a pixel evenly spaced in rows and columns, not of all together."""
@@ -201,7 +203,7 @@ class OwenSobol(mi.Sampler):
         seed = dr.opaque(mi.UInt32, seed) if isinstance(seed, int) else mi.UInt32(seed)
         dr.make_opaque(seed)
         self._seed = combine(seed, mi.UInt32(self._own_seed & 0xFFFFFFFF))
-        self._begun = self._start
+        self._begun = 0
         self._begin()
 
     def advance(self) -> None:
@@ -226,6 +228,8 @@ class OwenSobol(mi.Sampler):
         lane = dr.arange(mi.UInt32, self.wavefront_size())
         pixel = quotient(lane, per_pixel)
         number = lane - pixel * dr.opaque(mi.UInt32, per_pixel) + dr.opaque(mi.UInt32, self._begun % 2**bits)
+        if self._starts is not None:
+            number += dr.gather(mi.UInt32, self._starts, pixel)
         if self._picked is not None:
             pixel = dr.gather(mi.UInt32, self._picked, pixel)
         elif self._window.pixels:
