@@ -36,8 +36,8 @@ MOST = 5.0
 TABLE = RESULTS / "sampler_bias.csv"
 CONTROL = "control: adaptive, own noise"
 SETTINGS = (
-    "owensobol", "owensobol, joe-kuo", "owensobol, order none", "weights and owensobol", "adaptive, absolute",
-    "adaptive, relative", CONTROL,
+    "owensobol", "owensobol, joe-kuo", "owensobol, order none", "weights and owensobol", "adaptive, balanced",
+    "adaptive, absolute", "adaptive, relative", CONTROL,
 )  # fmt: skip
 
 
@@ -54,13 +54,13 @@ def own_noise(values: Any, others: Any) -> Any:
 def maker(stage: Stage, setting: str) -> Callable[[int], mi.Integrator] | None:
     """What makes the integrator of a render by its seed; None if objects move, which adaptive samples cannot."""
     if setting.startswith("owensobol"):
-        named = {"joe-kuo": {"generators": "joe-kuo"}, "order none": {"order": "none"}}
-        properties = named.get(setting.removeprefix("owensobol, "), {})
+        named = {"": {}, ", joe-kuo": {"generators": "joe-kuo"}, ", order none": {"order": "none"}}
+        properties = named[setting.removeprefix("owensobol")]
         return lambda seed: stage.mitsubas("owensobol", seed, **properties)
     if setting.startswith("weights"):
         design, rule = RULES[stage.case.domain]
         return lambda seed: stage.sets(stage.case.domain, design, seed, "owensobol", **rule)
-    kind = "relative" if setting.endswith("relative") else "absolute"
+    kind = "absolute" if setting == CONTROL else setting.removeprefix("adaptive, ")  # another name is refused
     return None if stage.moves else lambda seed: adaptive(stage, kind)
 
 

@@ -99,6 +99,53 @@ def test_a_target_ends_it():
     assert n[35] == 16
 
 
+@pytest.mark.parametrize(("kind", "expected"), [("absolute", 128), ("balanced", 128), ("relative", 16)])
+def test_a_target_is_in_the_unit_of_the_image_or_relative(kind, expected):
+    """Standard errors of 1/√n, where the brightness is 8: an eighth of that is below .1 for any number."""
+    shape = (8, 8, 1)
+    assert (counts(np.full(shape, 8.0), np.ones(shape), budget=256, kind=kind, target=0.1) == expected).all()
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("most", [0, 64])
+def test_light_may_be_negative(kind, most):
+    mean, variance = pilot(np.random.default_rng(6))
+    n = counts(-mean, variance, budget=32, most=most, kind=kind)
+    np.testing.assert_array_equal(n, counts(mean, variance, budget=32, most=most, kind=kind))
+    assert n.max() > 16
+    apart = [Sharing(kind, 16, most).counts_apart(sign * mean, variance, 32) for sign in (1, -1)]
+    np.testing.assert_array_equal(*apart)
+    even = counts(np.full((4, 4, 3), -1.0), np.ones((4, 4, 3)), budget=32, most=64, kind=kind)
+    assert even.mean() == 32
+
+
+@pytest.mark.parametrize(("budget", "expected"), [(17, 16), (64, 64), (100, 64), (600, 256)])
+def test_pixels_of_whose_noise_nothing_is_known_have_the_budget(budget, expected):
+    """An image of a pixel has no other half, and where no sample is finite nothing is known either."""
+    assert counts(np.ones((1, 1, 3)), np.ones((1, 1, 3)), budget).tolist() == [[expected]]
+    unknown = np.full((3, 4, 3), np.nan)
+    assert (counts(unknown, unknown, budget) == expected).all()
+    assert (Sharing("absolute", 16, 256).counts_apart(unknown, unknown, budget) == expected).all()
+
+
+def test_pixels_with_none_near_have_the_mean_noise_of_the_others():
+    """Not none: those on the left need more samples than those between, of which nothing is known, the right fewer."""
+    variance = np.full((12, 40, 1), 0.1)
+    variance[:, :4], variance[:, 4:18] = 100.0, np.inf
+    light = np.ones(variance.shape)
+    for n in (counts(light, variance, budget=64), Sharing("absolute", 16, 256).counts_apart(light, variance, 64)):
+        assert n[:, 1].min() > n[:, 10].max()
+        assert n[:, 10].min() > n[:, 30].max()
+
+
+def test_samples_that_are_not_finite_have_no_finite_variance():
+    blocks, squares = np.ones((3, 4, 1)), np.full((3, 1), 2.0)
+    blocks[1, 2], squares[1] = np.inf, np.inf
+    mean, variance = of_a_sample(blocks, squares, 16)
+    np.testing.assert_array_equal(np.isfinite(variance[:, 0]), [True, False, True])
+    np.testing.assert_array_equal(np.isfinite(mean[:, 0]), [True, False, True])
+
+
 @pytest.mark.statistical
 @pytest.mark.parametrize("own", [False, True])
 def test_the_mean_is_unbiased_unless_pixels_decide_for_themselves(own):

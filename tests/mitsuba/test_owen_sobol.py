@@ -408,6 +408,14 @@ def test_wavefronts_of_one_sample_make_nets_too():
     assert all(is_net(np.array(drawn)[:, :, pixel].T) for pixel in range(32))
 
 
+def test_pixels_can_be_picked_of_a_known_image_only():
+    own = sampler()
+    with pytest.raises(ValueError, match=r"pick needs the size of the image; call cover\(width, height, range\(he"):
+        own.pick(mi.UInt32([1, 2]))
+    own.cover(WIDTH, HEIGHT, range(HEIGHT))
+    own.pick(mi.UInt32([1, 2]))
+
+
 def picked(own, pixels, spp, draws=1):
     """Coordinates (2 · draws, pixels, spp) of some pixels, a sample of each at a time."""
     own.pick(mi.UInt32(pixels))

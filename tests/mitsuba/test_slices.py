@@ -117,6 +117,16 @@ def test_the_times_of_a_square_of_pixels_are_parts_of_one_set(monkeypatch, order
     assert together or len(set((drawn * 16).astype(int).ravel())) < 16
 
 
+def test_designs_that_have_no_set_for_a_square_of_pixels_give_each_its_own():
+    """Orthogonal arrays have 25 points, but not 100."""
+    integrator = plugin(sampler="orthogonal", weighted=False)
+    description = scene_dict()
+    description["sensor"]["sampler"] = {"type": "owensobol", "order": "morton"}
+    found = image(mi.load_dict(description), integrator, 25)
+    np.testing.assert_allclose(found, by_hand((np.arange(25) + 0.5) / 25), atol=0.2)
+    assert integrator._shared_times(mi.load_dict(description["sensor"]["sampler"]), 25, 0) == []
+
+
 def test_times_that_pixels_share_are_unbiased():
     """Each time is uniform: the mean of f over images is its integral; that of the least time of a run is not."""
     integrator = plugin(sampler="sobol", weighted=False)

@@ -67,8 +67,9 @@ class Adaptive(Plain):
        - Samples of a pixel at most, `at_least` times a power of two. (Default: 0, four times those on average)
      * - target
        - |float|
-       - Standard error of a pixel, or relative error, below which it gets no more samples. The samples per pixel of the
-         render are then an upper bound of those on average. (Default: 0, all are used)
+       - Standard error of a pixel below which it gets no more samples, in the unit of the image (``relative``: over the
+         brightness around). The samples per pixel of the render are then an upper bound of those on average. (Default:
+         0, all are used)
      * - pilot_seed
        - |int|
        - Seed of the pilot. Images of several seeds that are to be averaged need the same one: then each pixel has the

@@ -6,7 +6,8 @@ pixels are divided as on a checkerboard, and each half decides for the other.
 Let V_p be the mean of the variances of a sample in the pixels of the other half among the 5 × 5 around p. With n
 samples of a net, the error of p has a variance of about V_p / n^r. The rate r is 1 for noise of many causes, 3/2 at the
 edges of a function of two coordinates, and more where all is smooth. Another n samples reduce the variance by
-V_p (1 − 2^(−r)) / n^r, each of them by an n-th of that. Samples are doubled first where this quotient is largest.
+V_p (1 − 2^(−r)) / n^r, each of them by an n-th of that. Samples are doubled first where this quotient is largest. Where
+no pixel of the other half is near, or none with finite samples, V_p is the mean over that half.
 """
 
 from __future__ import annotations
@@ -33,7 +34,7 @@ SPREAD = 4
 REACH = 2
 #: Those pixels of the other half, right of and below a pixel
 NEIGHBOURS = tuple((x, y) for y in range(-REACH, REACH + 1) for x in range(-REACH, REACH + 1) if (x + y) % 2)
-#: Part of the mean radiance that counts as 0 where errors are relative
+#: Least brightness that errors are divided by, as a part of the mean
 DARK = 0.1
 
 
@@ -45,14 +46,15 @@ class Sharing:
     ----------
     adaptive : str
         "absolute": they go where they reduce the mean squared error most. "relative": where they reduce most that of
-        the error over the brightness around the pixel, so that dark parts have their share. "balanced": in between,
-        where errors are seen.
+        the error over the brightness around the pixel, so that dark parts have their share. "balanced": in between;
+        it weighs errors about as the eye sees them.
     at_least : int
         Samples of the pilot, which each pixel has at least: a power of two.
     at_most : int
         Samples of a pixel at most, `at_least` times a power of two; 0: four times those on average.
     target : float
-        Standard error of a pixel, or relative error, below which it gets no more samples.
+        Standard error of a pixel below which it gets no more samples, in the unit of the image; with "relative" that
+        over the brightness around the pixel.
 
     Raises
     ------
@@ -116,33 +118,40 @@ class Sharing:
         height, width = mean.shape[:2]
         half = checkerboard(height, width, 0)
         number = np.full(half.shape, self.at_least, np.int64)
+        brightness, noise = np.abs(mean.mean(-1)), variance.mean(-1)
         for own in (0, 1):
             others, chosen = half != own, half == own
-            brightness = mean.mean(-1)
-            around = _around(brightness, others)
-            noise = self._felt(_around(variance.mean(-1), others), around, brightness[others])
-            number[chosen] = self._shared_out(noise[chosen], spp)
+            if not np.isfinite(noise[others]).any():
+                number[chosen] = self._equal(spp)
+                continue
+            light = _lit(_around(brightness, others), brightness[others])
+            number[chosen] = self._shared_out(_around(noise, others)[chosen], light[chosen], spp)
         return number
 
     def counts_apart(self, mean: Floats, variance: Floats, spp: int) -> Integers:
         """Samples of pixels (height, width) far from each other, by mean and variance of what is around each."""
-        brightness = mean.mean(-1)
-        noise = np.where(np.isfinite(variance), variance, 0.0).mean(-1)
-        return self._shared_out(self._felt(noise, brightness, brightness).ravel(), spp).reshape(noise.shape)
+        brightness, noise = np.abs(mean.mean(-1)), variance.mean(-1)
+        if not np.isfinite(noise).any():
+            return np.full(noise.shape, self._equal(spp), np.int64)
+        noise = np.where(np.isfinite(noise), noise, _mean_of_known(noise))
+        return self._shared_out(noise.ravel(), _lit(brightness, brightness).ravel(), spp).reshape(noise.shape)
 
-    def _felt(self, noise: Floats, around: Floats, brightness: Floats) -> Floats:
-        """Variances of a sample, relative to the brightness around them if errors are to be; what is dark of it counts
-        by the mean `brightness`."""
-        known = brightness[np.isfinite(brightness)]
-        dark = DARK * float(known.mean()) if known.size else 0.0
-        return noise / np.maximum(np.where(np.isfinite(around), around, 0.0), dark or 1.0) ** POWERS[self.adaptive]
+    def _equal(self, spp: int) -> int:
+        """Samples of pixels of whose noise nothing is known."""
+        return min(self.most(spp), self.at_least << (int(spp) // self.at_least).bit_length() - 1)
 
-    def _shared_out(self, noise: Floats, spp: int) -> Integers:
-        """Samples (pixels,) of pixels with these variances of a sample, within the budget on average."""
+    def _shared_out(self, noise: Floats, light: Floats, spp: int) -> Integers:
+        """Samples (pixels,) of pixels with these variances of a sample, within the budget on average.
+
+        Errors are compared with one another by a power of the brightness `light`, and with the target as they are or,
+        if they are relative, divided by it.
+        """
+        weighed = noise / light ** POWERS[self.adaptive]
+        measured = weighed if self.adaptive == "relative" else noise
         doublings = (self.most(spp) // self.at_least).bit_length() - 1
         levels = self.at_least * 2 ** np.arange(doublings)  # samples of a pixel before each doubling
-        gain = noise[:, None] / levels ** (RATE + 1)
-        wanted = noise[:, None] > self.target**2 * levels
+        gain = weighed[:, None] / levels ** (RATE + 1)
+        wanted = measured[:, None] > self.target**2 * levels
         order = np.argsort(-np.where(wanted, gain, -1.0), axis=None, kind="stable")
         cost = np.broadcast_to(levels, gain.shape).ravel()[order]
         doubled = np.zeros(gain.size, bool)
@@ -165,7 +174,8 @@ def of_a_sample(blocks: Floats, squares: Floats, number: int) -> tuple[Floats, F
     Notes
     -----
     There are two estimates, and this is their mean: the sample variance s², and b times that of the means of blocks of
-    b samples. The second is less where the samples are much better than random ones, but uncertain.
+    b samples. The second is less where the samples are much better than random ones, but uncertain. If a sample is not
+    finite, nor is the variance.
 
     Examples
     --------
@@ -173,10 +183,11 @@ def of_a_sample(blocks: Floats, squares: Floats, number: int) -> tuple[Floats, F
     >>> mean.item(), round(variance.item(), 3)  # s² = (8 − 2²) 4/3, and 2 · 2
     (2.0, 4.667)
     """
-    mean = blocks.mean(1)
-    of_samples = np.maximum(squares - mean**2, 0) * number / (number - 1)
-    of_blocks = blocks.var(1, ddof=1) * number / blocks.shape[1]
-    return mean, (of_samples + of_blocks) / 2
+    with np.errstate(invalid="ignore", over="ignore"):
+        mean = blocks.mean(1)
+        of_samples = np.maximum(squares - mean**2, 0) * number / (number - 1)
+        of_blocks = blocks.var(1, ddof=1) * number / blocks.shape[1]
+        return mean, (of_samples + of_blocks) / 2
 
 
 def parse_sharing(adaptive: str | None, at_least: int, at_most: int, target: float) -> Sharing | None:
@@ -189,10 +200,23 @@ def parse_sharing(adaptive: str | None, at_least: int, at_most: int, target: flo
 
 
 def _around(values: Floats, others: Floats) -> Floats:
-    """Means (height, width) of the finite values of the other half around each pixel; 0 where there are none."""
+    """Means (height, width) of the finite values of the other half around each pixel, or of all where none is near."""
     known = others & np.isfinite(values)
     size = 2 * REACH + 1
     weight = uniform_filter(known.astype(np.float64), size, mode="constant")
     total = uniform_filter(np.where(known, values, 0.0).astype(np.float64), size, mode="constant")
     some = 0.5 / size**2
-    return np.where(weight > some, np.maximum(total, 0.0) / np.maximum(weight, some), 0.0)
+    near = np.maximum(total, 0.0) / np.maximum(weight, some)
+    return np.where(weight > some, near, _mean_of_known(values[others]))
+
+
+def _lit(around: Floats, brightness: Floats) -> Floats:
+    """The brightness around pixels. Below a tenth of the mean `brightness`, that tenth counts."""
+    dark = DARK * _mean_of_known(brightness)
+    return np.maximum(np.where(np.isfinite(around), around, 0.0), dark or 1.0)
+
+
+def _mean_of_known(values: Floats) -> float:
+    """Mean of the finite values; 0 if there are none."""
+    known = values[np.isfinite(values)]
+    return float(known.mean()) if known.size else 0.0

@@ -157,7 +157,14 @@ class OwenSobol(mi.Sampler):
             come several times, with other samples.
         starts : mitsuba.UInt32, optional
             So many samples of each of them are left out. None may reach beyond the sampler's samples per pixel.
+
+        Raises
+        ------
+        ValueError
+            The size of the image is not known.
         """
+        if not self._window.pixels:
+            raise ValueError("pick needs the size of the image; call cover(width, height, range(height)) before")
         self._picked, self._starts = pixels, starts
 
     def cross(self, samples: int) -> None:

@@ -170,7 +170,8 @@ class ReweightedSlices(Reweighted):
         """For each pixel of a square, the rows (spp, 1) of its slices; none where the table's sets are to be used.
 
         Where pixels near each other complement each other, the sets of a square are parts of one set of as many times
-        together: of each run of neighbouring times, every pixel has one.
+        together: of each run of neighbouring times, every pixel has one. A design that has no sets of so many times
+        leaves each pixel its own.
         """
         settings, squares = self._settings, self.interleave**2
         if settings is None or self.weighted or not isinstance(sampler, OwenSobol) or sampler.order == "none":
@@ -178,7 +179,11 @@ class ReweightedSlices(Reweighted):
         rng = np.random.default_rng((squares, seed))
         parts = []
         for _ in range(spp // self._n):
-            times = np.sort(sample(settings.design, squares * self._n, 1, rng=rng).points.ravel())
+            try:
+                drawn = sample(settings.design, squares * self._n, 1, rng=rng)
+            except ValueError:  # of this number: `check_samples` has drawn a set of n
+                return []
+            times = np.sort(drawn.points.ravel())
             parts.append(rng.permuted(times.reshape(self._n, squares), axis=1))
         return list(np.concatenate(parts).T[..., None])
 
