@@ -144,24 +144,24 @@ class Adaptive(Plain):
         if known is not None and (known.seed, known.spp, known.counts.shape) == (seed, spp, (height, width)):
             return
         self.sharing.check(spp)
-        means, mean, variance = self._moments(scene, sensor, seed, spp)
+        means, *moments = self._moments(scene, sensor, seed, np.arange(width * height), spp)
+        mean, variance = (values.reshape(height, width, _COLOURS) for values in moments)
         number = self.sharing.counts(mean, variance, spp)
         self._pilot = Pilot(seed, spp, number, means, footprint.crop(number.astype(np.float32)))
 
     def counts_apart(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> Integers:
         """Samples (height, width) that an image would share out to those of its pixels that `sensor` shows (`part`)."""
-        found = []
-        try:
-            for k, self.shift in enumerate(NEIGHBOURS):
-                found.append(self._moments(scene, sensor, band_seed(seed, k + 1), spp)[1:])
-        finally:
-            self.shift = (0, 0)
-        mean, variance = np.mean(found, axis=0)
+        width, height = Footprint(sensor.film()).window
+        around = np.arange(len(NEIGHBOURS) * width * height)
+        _, *moments = self._moments(scene, sensor, band_seed(seed, 1), around, spp)
+        mean, variance = (values.reshape(-1, height, width, _COLOURS).mean(0) for values in moments)
         return self.sharing.counts_apart(mean, variance, spp)
 
-    def _moments(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int) -> tuple[Floats, Floats, Floats]:
-        """Of the pilot's samples: means in the columns of `Layout.row`, and mean and variance of the colours of one."""
-        width, height = Footprint(sensor.film()).window
+    def _moments(
+        self, scene: mi.Scene, sensor: mi.Sensor, seed: int, pixels: Integers, spp: int
+    ) -> tuple[Floats, Floats, Floats]:
+        """Of the pilot's samples of pixels, numbered as in `_means`: means (pixels, columns) in the columns of
+        `Layout.row`, and mean and variance (pixels, 3) of the colours of one."""
         number = self.sharing.at_least
         blocks = min(_BLOCKS, number)
 
@@ -174,10 +174,9 @@ class Adaptive(Plain):
             return columns.mean(1), *of_a_sample(columns[..., :_COLOURS], squares, number)
 
         step = self._sets_at_once
-        pixels = np.arange(width * height)
         parts = [of_pixels(pixels[first : first + step]) for first in range(0, len(pixels), step)]
         means, mean, variance = (np.concatenate(values) for values in zip(*parts, strict=True))
-        return means, mean.reshape(height, width, _COLOURS), variance.reshape(height, width, _COLOURS)
+        return means, mean, variance
 
     def band_means(self, scene: mi.Scene, sensor: mi.Sensor, seed: int, spp: int, number: int) -> Floats:
         """Means over the rays of each pixel of a band of what they bring, in the columns of `Layout.row`."""
@@ -228,7 +227,8 @@ class Adaptive(Plain):
         """Means over `at_least` samples of pixels, from number `starts` of each on, in one wavefront.
 
         The columns are those of `Layout.row`, then the squares of the colours if they are asked for. Each set of
-        samples has a row for each of so many blocks of it.
+        samples has a row for each of so many blocks of it. Pixels are numbered row by row. In an image that stands for
+        a larger one (`part`), there is a window of them for each of `NEIGHBOURS`, with other scrambles.
         """
         film, footprint = sensor.film(), Footprint(sensor.film())
         film.prepare(self.aov_names())
@@ -244,10 +244,15 @@ class Adaptive(Plain):
 
         index = dr.arange(mi.UInt32, len(pixels) * number)
         pixel = dr.gather(mi.UInt32, picked, quotient(index, number))
+        shift = None
+        if self.part != 1:
+            neighbour = pixel // (width * height)
+            pixel -= neighbour * (width * height)
+            shift = dr.gather(mi.Vector2f, mi.Vector2f(np.transpose(NEIGHBOURS)), neighbour)
         row = pixel // int(width)
         corner = mi.Point2i(mi.Int32(pixel - row * width), mi.Int32(row))
         corner += mi.ScalarPoint2i(film.crop_offset()) - footprint.border
-        rays = self.rays_of(sensor, sampler, index, corner)
+        rays = self.rays_of(sensor, sampler, index, corner, shift)
         values = self.values(scene, film, sampler, rays)
         layout = self.layout(film)
         columns = layout.row(values, footprint.weights(rays.drawn.pixel) if layout.taps else [])

@@ -53,8 +53,6 @@ class Plain(ADIntegrator):
     pixel_order: str | None = None
     #: The middle part of each side of a pixel that is sampled: below 1 for images that stand for larger ones
     part = 1.0
-    #: So many pixels of the larger image right of and below that part
-    shift = (0, 0)
 
     def __init__(self, props: mi.Properties) -> None:
         # Not ADIntegrator's own: it would accept max_depth and rr_depth, which belong to the nested one
@@ -151,15 +149,25 @@ class Plain(ADIntegrator):
         corner = mi.Point2i(mi.Int32(column), mi.Int32(row)) + mi.ScalarPoint2i(film.crop_offset())
         return self.rays_of(sensor, sampler, index, corner - Footprint(film).border)
 
-    def rays_of(self, sensor: mi.Sensor, sampler: mi.Sampler, index: mi.UInt32, corner: mi.Point2i) -> CameraRays:
-        """Camera rays of given numbers, in the pixels with these corners."""
+    def rays_of(
+        self,
+        sensor: mi.Sensor,
+        sampler: mi.Sampler,
+        index: mi.UInt32,
+        corner: mi.Point2i,
+        shift: mi.Vector2f | None = None,
+    ) -> CameraRays:
+        """Camera rays of given numbers, in the pixels with these corners.
+
+        If `part` is below 1 they lie `shift` pixels of the larger image right of and below the middle of each.
+        """
         film = sensor.film()
 
         # Map the sample to the sensor, whose film coordinates span the crop window
         drawn = self.camera_sample(sensor, sampler, index, corner)
         inside = drawn.pixel
         if self.part != 1:
-            inside = 0.5 + self.part * (inside - 0.5 + mi.ScalarVector2f(self.shift))
+            inside = 0.5 + self.part * (inside - 0.5 + (mi.Vector2f(0) if shift is None else shift))
         position = mi.Point2f(corner) + inside
         on_film = (position - mi.ScalarVector2f(film.crop_offset())) / mi.ScalarVector2f(film.crop_size())
         with dr.resume_grad():
