@@ -19,7 +19,7 @@ TEXTS = {
     ),
     "few-samples": (
         "the estimate rests on fewer than ten samples, so neither it nor its error is reliable; "
-        "use more points, or limits close to where func is large"
+        "use more points, adapt=True, or limits close to where func is large"
     ),
     "one-stratum": (
         "a single stratum causes most of the error: the integrand is not resolved there and the error is "
