@@ -3,7 +3,7 @@
     VOROQUAD_NUM_THREADS=1 python benchmarks/smooth_cost.py
 
 Writes benchmarks/results/smooth_cost.csv. On Genz's families, `squared_error` is the mean squared error with a first
-look that calls for nothing over that without: the geometric mean over 4 members, of 8 estimates each, all families in
+look that calls for nothing over that without: the geometric mean over 4 members, of 32 estimates each, all families in
 one call. `calls` is the part of 200 other members for which a first look calls for adaptation, or in up to three
 dimensions for the pilot rule. The two families with kinks and edges along the axes have only `calls`.
 """
@@ -22,8 +22,8 @@ import numpy as np
 
 import voroquad as vq
 from voroquad.integrals import adaptive_grid
-from voroquad.integrals.adaptation import Learner, concentration, look_size
-from voroquad.integrals.adaptive_grid import LOOK, rough
+from voroquad.integrals.adaptation import Learner, look_size
+from voroquad.integrals.adaptive_grid import coarse_side, rough
 from voroquad.integrals.evaluation import Function
 from voroquad.integrals.integrand import Integrand
 from voroquad.integrals.pilot import PilotRun
@@ -33,8 +33,8 @@ from voroquad.study.genz import FAMILIES
 
 RESULT = Path(__file__).parent / "results" / "smooth_cost.csv"
 SMOOTH = ("oscillatory", "peak", "corner", "gaussian")
-SIZES = {2: (6000, 8000), 3: (5000,), 4: (1024, 2048, 4096), 6: (2048, 4096)}
-MEMBERS, REPETITIONS, LOOKS = 4, 8, 200
+SIZES = {2: (3000, 8000), 3: (3000, 5000, 8000), 4: (1024, 2048, 8000), 6: (2048, 4096, 8000)}
+MEMBERS, REPETITIONS, LOOKS = 4, 32, 200
 
 
 def on_box(f: Callable[[np.ndarray], np.ndarray], d: int) -> tuple[Callable[..., Integrand], Region]:
@@ -48,8 +48,9 @@ def calls(f: Callable[[np.ndarray], np.ndarray], d: int, n: int, seed: int) -> b
     """Whether the first look at an integrand calls for adaptation, or in up to three dimensions for the pilot rule."""
     learner = Learner(*on_box(f, d), False, np.random.default_rng(seed))
     if d > 3:
-        return learner.adapts(concentration(learner.even(look_size(n, d))[1]))
-    coarse = PilotRun(learner.integrand(learner.region), int((LOOK * n) ** (1 / d) + 1e-9), learner.rng, 1)
+        u, values, _ = learner.even(look_size(n, d))
+        return learner.adapts(u, values)
+    coarse = PilotRun(learner.integrand(learner.region), coarse_side(n, d), learner.rng, 1)
     coarse.evaluate_grid()
     return rough(coarse)
 

@@ -58,7 +58,7 @@ def test_what_keeps_no_gradients_says_so(monkeypatch):
     for module in (evaluation, gradients):
         monkeypatch.setattr(module, "has_gradient", lambda values: isinstance(values, np.ndarray))
     with pytest.raises(ValueError, match='give method="local" and adapt=False'):
-        vq.quad(lambda x: x[0], 0, 1, n_points=20_000, rng=1)
+        vq.quad(lambda x: x[0], 0, 1, n_points=20_000, adapt=False, rng=1)
     with pytest.raises(ValueError, match='give method="kriging" and adapt=False'):
         vq.quad(lambda x: x[0], [0] * 5, [1] * 5, n_points=16_384, rng=1)
     assert vq.quad(lambda x: x[0], [0] * 5, [1] * 5, n_points=256, method="kriging", adapt=False, rng=1).success

@@ -64,9 +64,9 @@ def test_a_batch_limits_every_call_and_changes_no_bit(method):
 
 
 def test_the_documented_numbers_of_many_points():
-    assert {1: 8192, 2: 8192, 4: 8192} | dict.fromkeys((3, *range(5, 21)), 16_384) == MANY_POINTS
+    assert {1: 2049, 2: 2049, 3: 8000, 4: 8192} | dict.fromkeys(range(5, 21), 16_384) == MANY_POINTS
     told = " ".join((vq.quad.__doc__ or "").split())
-    assert 'the method for many points is "pilot", from 8192 on in d ≤ 2 and from 16384 in d = 3' in told
+    assert 'the method for many points is "pilot", from 2049 on in d ≤ 2 and from 8000 in d = 3' in told
     assert 'and "polynomials", from 8192 on in d = 4 and from 16384 in 5 ≤ d ≤ 20' in told
 
 

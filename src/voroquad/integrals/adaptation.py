@@ -12,6 +12,7 @@ import numpy as np
 from .._support.arrays import Array, Indices
 from ..designs.grids import largest_grid
 from ..designs.sampling import sample
+from .end_powers import has_end_powers
 from .estimates import Estimate
 from .integrand import Integrand
 from .leaves import LeafSets, draw
@@ -37,10 +38,10 @@ STEPS = 2
 #: Part of a pilot round with a tree that leaves get by their volume alone.
 EVEN_IN_PILOT = 0.3
 
-#: With "auto" a map is learned if the first values rest on a smaller part of their points than this, in up to four
-#: dimensions, and by a factor less for each dimension more: smooth functions are concentrated there, too. In up to
-#: three dimensions the grid of the pilot rule sees peaks that are wider (benchmarks/smooth_cost.py).
-CONCENTRATED, PER_DIMENSION = {1: 0.002, 2: 0.03, 3: 0.1, 4: 0.1}, 0.7
+#: With "auto" a map is learned if the first values rest on a smaller part of their points than this, by dimension, and
+#: in six dimensions or more. In up to three dimensions the grid of the pilot rule sees peaks that are wider; in many,
+#: smooth functions are concentrated, too (benchmarks/smooth_cost.py).
+CONCENTRATED, IN_MANY_DIMENSIONS = {1: 0.002, 2: 0.03, 3: 0.1, 4: 0.1, 5: 0.07}, 0.05
 
 
 @dataclass(frozen=True)
@@ -155,10 +156,15 @@ class Learner:
     always: bool
     rng: np.random.Generator
 
-    def adapts(self, found_in: float) -> bool:
-        """Whether to adapt where the first values have this concentration."""
-        d = self.region.d
-        return self.always or found_in < CONCENTRATED[min(d, 4)] * PER_DIMENSION ** max(0, d - 4)
+    def concentrated(self, found_in: float) -> bool:
+        """Whether the first values have less than the concentration of a smooth integrand."""
+        return found_in < CONCENTRATED.get(self.region.d, IN_MANY_DIMENSIONS)
+
+    def adapts(self, u: Array, values: Array) -> bool:
+        """Whether to adapt where the first values are (fields, n) at u (d, n): to what is concentrated or has powers
+        at the faces, in each component that is not 0."""
+        singular = has_end_powers(u, values)
+        return self.always or self.concentrated(concentration(values[~singular]))
 
     @property
     def has_gradients(self) -> bool:
@@ -234,7 +240,7 @@ class AdaptiveEstimator:
         look = size if learner.always else self.look(n)
         pool = PilotSamples(*learner.even(look))
         found_in = concentration(pool.values)
-        if not learner.adapts(found_in):
+        if not learner.adapts(pool.u, pool.values):
             return self._estimate(pool, found_in, None, self.plain, n)
         if look < size:
             pool.add(*learner.even(size - look))

@@ -27,8 +27,8 @@ LOOK = 0.015
 
 #: Expected errors, beside the mean size of values, above which a coarse grid is too rough for the rule for few points,
 #: and any grid so rough that a map may gain: benchmarks/smooth_cost.py.
-ROUGH_SIDE, ROUGH_IN_SPACE = 9, 12.0
-WORTH_A_MAP = {1: 0.0, 2: 5.0, 3: 12.0}
+ROUGH = 12.0
+WORTH_A_MAP = {1: 0.0, 2: 5.0, 3: ROUGH}
 
 
 @dataclass(frozen=True)
@@ -55,15 +55,18 @@ class AdaptiveGrid:
     threads: int
     report: Callable[[Adaptation], None]
 
-    def __call__(self, n: int, before: int = 0) -> Estimate:
+    def __call__(self, n: int, before: int = 0, with_gradients: Callable[[int], Estimate] | None = None) -> Estimate:
         """An estimate from at most n evaluations for each set, and as many more as there were before, of which it makes
-        no use."""
+        no use. The rule does not keep gradients: values that have them go to another, if one is given."""
         d = self.pilot.region.d
         size = round_size(n, 1)
         plain = self.run(grid_side(n, d))
         identity = SeparableMap.identity(d)
         found_in = concentration_of_parts(plain.parts_of_components())
-        if not self.pilot.always and not (self.pilot.adapts(found_in) and self._worth_a_map(plain)):
+        if with_gradients is not None and self.pilot.has_gradients:
+            self.tell(identity, found_in, before + plain.cells, False)
+            return _with(before + plain.cells, with_gradients(n - plain.cells))
+        if not self.pilot.always and not (self.pilot.concentrated(found_in) and self._worth_a_map(plain)):
             self.tell(identity, found_in, before, False)
             return _with(before, plain.estimates(n, self.sets))
         values = plain.grid_values()
@@ -116,7 +119,7 @@ class GridAtNeed:
     def __call__(self, n: int) -> Estimate:
         """An estimate from at most n evaluations."""
         learner = self.grid.pilot
-        coarse = self.grid.run(int((LOOK * n) ** (1 / learner.region.d) + 1e-9))
+        coarse = self.grid.run(coarse_side(n, learner.region.d))
         if rough(coarse) and not learner.has_gradients:
             return self.grid(n - coarse.cells, coarse.cells)
         self.grid.tell(
@@ -128,10 +131,21 @@ class GridAtNeed:
         return _with(coarse.cells, self.few(n - coarse.cells))
 
 
+def coarse_side(n: int, d: int) -> int:
+    """Cells along an axis of the coarse grid for n evaluations.
+
+    Examples
+    --------
+    >>> from voroquad.integrals.adaptive_grid import coarse_side
+    >>> coarse_side(3000, 3), coarse_side(5000, 3)
+    (3, 4)
+    """
+    return int((LOOK * n) ** (1 / d) + 1e-9)
+
+
 def rough(coarse: PilotRun) -> bool:
-    """Whether a coarse grid is rough. In the plane the bound falls with the number k of cells along an axis, as the
-    errors of smooth functions do."""
-    return rougher(coarse, (ROUGH_SIDE / coarse.k) ** 3 if coarse.integrand.d == 2 else ROUGH_IN_SPACE)
+    """Whether a coarse grid is rough."""
+    return rougher(coarse, ROUGH)
 
 
 def rougher(grid: PilotRun, bound: float) -> bool:

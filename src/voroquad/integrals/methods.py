@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -31,13 +32,15 @@ OWN_POINTS = {
 }
 
 #: Points of an estimate from which the default is the pilot rule, in up to three dimensions, or polynomials fitted to
-#: replicates, above, by dimension: benchmarks/results/methods.csv. In three dimensions kriging is ahead on one of the
-#: eight families until there. From five on the two hardly differ there, but in their cost.
-MANY_POINTS = {1: 8192, 2: 8192, 3: 16_384, 4: 8192} | dict.fromkeys(range(5, replicates.HIGHEST_DIMENSION + 1), 16_384)
+#: replicates, above, by dimension: benchmarks/results/methods.csv. In the plane the values choose a model of up to
+#: 2048 points, and the pilot rule is ahead of kriging and of local polynomials from there on; in three kriging is ahead
+#: on one of the eight families until there. From five on the two hardly differ there, but in their cost.
+MANY_POINTS = {1: 2049, 2: 2049, 3: 8000, 4: 8192} | dict.fromkeys(range(5, replicates.HIGHEST_DIMENSION + 1), 16_384)
 
-#: Points of an estimate from which ``adapt="auto"`` takes a first look at the integrand, by dimension: of fewer a look
-#: costs smooth functions too much, or a pilot sees too little (benchmarks/smooth_cost.py).
-LOOKS_FROM = {1: 8192, 2: 6000, 3: 5000, 4: 1000, 5: 2000, 6: 2000, 7: 4000, 8: 4000}
+#: Points of an estimate from which ``adapt="auto"`` takes a first look at the integrand, by dimension, where the
+#: default is not the pilot rule: of fewer a look costs smooth functions too much, or a pilot sees too little
+#: (benchmarks/smooth_cost.py).
+LOOKS_FROM = {3: 3000, 4: 1000, 5: 2000, 6: 2000, 7: 4000, 8: 4000} | dict.fromkeys(range(9, 21), 8000)
 
 #: Fewest samples of a look.
 FEWEST_OF_LOOK = 32
@@ -76,8 +79,20 @@ def estimator(
     if not nothing_asked or integrand.d not in MANY_POINTS:
         return few
     of_many = pilot.PilotEstimator if integrand.d <= pilot.HIGHEST_DIMENSION else replicates.ReplicateEstimator
-    many = of_many(integrand, sets, rng, threads)
-    return lambda n: many(n) if n >= MANY_POINTS[integrand.d] else few(n)
+    return Default(few, of_many(integrand, sets, rng, threads), MANY_POINTS[integrand.d])
+
+
+@dataclass(frozen=True)
+class Default:
+    """The rule for few points, and that for `many_points` and more."""
+
+    few: Callable[[int], Estimate]
+    many: Callable[[int], Estimate]
+    many_points: int
+
+    def __call__(self, n: int) -> Estimate:
+        """An estimate from at most n evaluations."""
+        return self.many(n) if n >= self.many_points else self.few(n)
 
 
 def adaptive(
@@ -128,7 +143,7 @@ def at_need(
 
     def estimate(n: int) -> Estimate:
         if isinstance(adapted, AdaptiveGrid) and n >= MANY_POINTS[d]:
-            return adapted(n)
+            return adapted(n, with_gradients=default.few if isinstance(default, Default) else None)
         if sets > 1 or n < LOOKS_FROM.get(d, math.inf) or _look(n, d) < FEWEST_OF_LOOK:
             return default(n)
         return GridAtNeed(adapted, default)(n) if isinstance(adapted, AdaptiveGrid) else adapted(n)

@@ -146,16 +146,15 @@ def quad(
         predicts a smaller error. Above, a pilot of 30 % of the evaluations learns a map of each axis and, if that
         gains, a tree of boxes that have samples of their own. If `method`, `order` or `sampler` is given, only the map
         is learned and that rule is used. True needs 400 evaluations.
-        "auto" adapts only if a first look calls for it, and only in place of the default rule, up to d = 8, for one
-        region, without a tolerance. The look takes 1.5 % of the evaluations in d = 2 and 3, what a grid of strata
+        "auto" adapts only if a first look calls for it, and only in place of the default rule, up to d = 20, for one
+        region, without a tolerance. The look takes 1.5 % of the evaluations in d = 3, what a grid of strata
         leaves over in d = 4, and 3 %, at most 256, from d = 5 on. It looks from 1000 points on in d = 4, from 2000
-        in d = 5 and 6, 4000 in d = 7 and 8, 6000 in d = 2 and 5000 in d = 3. From 8192 points on in d ≤ 2, and 16384 in
-        d = 3, the look is the grid of the method "pilot" and costs nothing; n_estimates > 1 has no
-        other. False never looks.
+        in d = 5 and 6, 3000 in d = 3, 4000 in d = 7 and 8, and 8000 above. Where the method is "pilot", its grid
+        is the look and costs nothing; n_estimates > 1 has no other. False never looks.
     method : str
         "auto": the rule that `order`, `sampler` and `debias` name. If they name none, the method for many points is
-        "pilot", from 8192 on in d ≤ 2 and from 16384 in d = 3, and "polynomials", from 8192 on in d = 4 and from
-        16384 in 5 ≤ d ≤ 20. With fewer points a model that the values of func choose, or kriging.
+        "pilot", from 2049 on in d ≤ 2 and from 8000 in d = 3, and "polynomials", from 8192 on in d = 4 and
+        from 16384 in 5 ≤ d ≤ 20. With fewer points a model that the values of func choose, or kriging.
         "kriging" and "local": each sample is predicted from those around it, by kriging or by polynomials. The order of
         the polynomials is 8 in the plane and 3 above; on a line it is the highest for which there are enough points.
         `order` may name another.
