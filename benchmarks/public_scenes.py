@@ -36,7 +36,7 @@ SCENES = (
     "docs/scenes/sensor_thinlens.xml",
     "docs/scenes/integrator_direct_both.xml",
     "docs/scenes/bsdf_roughplastic_ggx.xml",
-    "docs/scenes/bsdf_dielectric_diamond.xml",
+    "docs/scenes/emitter_projector_textured.xml",
     "tests/scenes/participating_media/test_homo_obj_inside_medium_volpath.xml",
 )
 #: Parameters that a scene needs
