@@ -209,7 +209,8 @@ def many_candidates(monkeypatch):
     """The plain mean is never chosen, and every degree may be."""
     monkeypatch.setattr(replicates, "WORTH", 100)
     monkeypatch.setattr(replicates, "DEGREES_BELOW", 9)
-    monkeypatch.setattr(gauss_grid, "FEWEST_NODES", 3)
+    monkeypatch.setattr(gauss_grid, "FEWEST_NODES", 4)
+    monkeypatch.setattr(gauss_grid, "SHARE", 0.5)
 
 
 @pytest.mark.statistical
@@ -271,6 +272,35 @@ def test_whether_a_grid_pays_is_told_by_the_others():
     _, degrees = run._corrections(kept, sums, power)
     assert degrees[0] == as_before[0]
     assert (degrees[1:] == 0).all()
+
+
+@pytest.mark.filterwarnings("error")
+def test_a_pole_at_the_centre_is_no_node():
+    for n in (10_000, 200_000):
+        r = integrate(lambda x: 1 / np.sqrt(np.square(x - 0.5).sum(axis=0)), 4, n)
+        assert r.success
+        assert 1.7 < r.integral < 2.1
+
+
+def nodes_are(value: float, others: float):
+    """`value` at the nodes of the grid of 6^4, and `others` times a smooth function elsewhere."""
+    nodes = np.unique(gauss_grid.grid_points(6, 4, 0, 6**4))
+    return lambda x: np.where(np.isin(x, nodes).all(axis=0), value, others * np.exp(x[0] * x[1]))
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize(
+    ("value", "others"), [(math.nan, 1.0), (math.inf, 1.0), (1e200, 1e-200), (1e300, 1.0), (1e-200, 1e200)]
+)
+def test_values_at_the_nodes_alone_that_predict_nothing_do_no_harm(value, others):
+    """The estimate is the plain mean of that component, and another one has its polynomials."""
+    func, smooth = nodes_are(value, others), lambda x: np.exp(x[0] * x[1])
+    r = integrate(lambda x: np.stack([func(x), smooth(x)]), 4, 6000)
+    assert r.integral[0] / others == pytest.approx(1.3179021514544, abs=6 * r.standard_error[0] / others)
+    assert r.standard_error[0] < 1e-2 * others
+    assert r.integral[1] == integrate(smooth, 4, 6000).integral
+    if value != 1e-200:
+        assert r.rule[0] == "plain mean"
 
 
 def test_part_sums_take_blocks_of_any_size():

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_limits
 
 from voroquad.rules.gauss_grid import grid_coefficients, grid_points, nodes_of_an_axis, term_powers
 from voroquad.rules.nested_fits import embedded, terms_of, truncated
@@ -44,5 +45,19 @@ def test_nodes_come_in_parts():
 
 
 def test_sizes():
-    assert [nodes_of_an_axis(10**9, d) for d in (3, 4, 5, 6)] == [0, 13, 8, 0]
+    assert [nodes_of_an_axis(10**9, d) for d in (3, 4, 5, 6)] == [0, 12, 8, 0]
     assert [nodes_of_an_axis(n, 4) for n in (4 * 6**4 - 1, 4 * 6**4)] == [0, 6]
+    # An odd number would have a node at the centre of the box
+    assert [nodes_of_an_axis(n, 4) for n in (4 * 7**4, 4 * 8**4 - 1, 4 * 8**4)] == [6, 6, 8]
+
+
+def test_threads_of_blas_change_no_bit():
+    side, d = 12, 4
+    x = grid_points(side, d, 0, side**d)
+    values = np.exp(np.outer(np.arange(1, 7), x.sum(axis=1)) / 4)
+    found = []
+    for threads in (1, 4):
+        with threadpool_limits(threads, user_api="blas"):
+            found.append(grid_coefficients(values, side, d, 8))
+    for one, more in zip(*found, strict=True):
+        np.testing.assert_array_equal(one, more)

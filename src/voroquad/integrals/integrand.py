@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from .._support.arrays import Array, Indices
 from .diagnostics import Diagnoses, diagnosis
@@ -61,6 +62,10 @@ class Integrand:
         """Values times the volume element, (fields, n), at points u (n, d) of the unit box; NaN where not finite."""
         return self.at(self.pull_back(u.T))
 
+    def of_prediction(self, u: Array) -> Array:
+        """Values as of a call, where the integral does not depend on them: those that are not finite are no news."""
+        return _joined(self._evaluated(self.pull_back(u.T), [], report=False))
+
     def ahead(self, u: Array) -> Callable[[], tuple[Array, Array]]:
         """The points and volume elements at u (d, n), computed at once where no function of the caller is involved.
 
@@ -110,27 +115,31 @@ class Integrand:
         _, volume = self.pull_back(u.T)
         return (WeightedCalls(begin, len(tape), weights * volume),)
 
-    def _evaluated(self, pulled: tuple[Array, Array], done: list[Array]) -> list[Array]:
+    def _evaluated(self, pulled: tuple[Array, Array], done: list[Array], report: bool = True) -> list[Array]:
         """`done` with the values (fields, m) of consecutive points, appended as they come."""
         x, volume = pulled
         begin = 0
         for values in self.function.batches(x):
             end = begin + values.shape[1]
-            done.append(self._fields(values, x[:, begin:end], volume[begin:end]))
+            done.append(self._fields(values, x[:, begin:end], volume[begin:end], report))
             begin = end
             self.watch.evaluated(values.shape[1])
         return done
 
-    def _fields(self, values: Array, x: Array, volume: Array) -> Array:
+    def _fields(self, values: Array, x: Array, volume: Array, report: bool) -> Array:
         with np.errstate(over="ignore", invalid="ignore"):
             fields = volume * values
-        bad = ~np.isfinite(fields)
+        bad: NDArray[np.bool_] = ~np.isfinite(fields)
         if bad.any():
-            at = bad.any(axis=0)
-            first = np.asarray(x, dtype=np.float64)[:, np.argmax(at)].tolist()
-            self.diagnoses.add(diagnosis("not-finite", first_x=first, points=int(np.count_nonzero(at)), of=x.shape[1]))
+            if report:
+                self._report(np.asarray(bad.any(axis=0)), x)
             fields[bad] = np.nan
         return fields
+
+    def _report(self, bad: NDArray[np.bool_], x: Array) -> None:
+        """Warn of values that are not finite, at points x (k, n)."""
+        first = np.asarray(x, dtype=np.float64)[:, np.argmax(bad)].tolist()
+        self.diagnoses.add(diagnosis("not-finite", first_x=first, points=int(np.count_nonzero(bad)), of=x.shape[1]))
 
 
 def _joined(parts: list[Array]) -> Array:

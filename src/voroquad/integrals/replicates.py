@@ -144,10 +144,11 @@ class ReplicateEstimator:
         return replace(across(found, sizes.cells), rules=_told(np.concatenate(degrees)))
 
     def _grid(self, sizes: Sizes) -> Array | None:
-        """Values (fields, nodes)."""
+        """Values (fields, nodes). They only predict, so the integral exists where they are not finite."""
         at_once, d = POINTS_AT_ONCE, self.integrand.d
         begins = range(0, sizes.cells, at_once)
-        values = [self.integrand(grid_points(sizes.side, d, b, min(b + at_once, sizes.cells))) for b in begins]
+        nodes = (grid_points(sizes.side, d, b, min(b + at_once, sizes.cells)) for b in begins)
+        values = [self.integrand.of_prediction(u) for u in nodes]
         return np.concatenate(values, axis=1) if values else None
 
 
@@ -239,14 +240,23 @@ class _Replicates:
         """Polynomials from the grid, in units of 2^power, and for which replicates (nets, fields) they promise to pay.
 
         They do where what the highest degree leaves at the nodes is small beside what the plain mean leaves of others.
+        Values at the nodes that are not finite predict nothing. The grid has a unit of its own: values far above those
+        of the replicates leave more than these, even by rounding, and their coefficients are not used.
         """
         assert self.grid is not None
         d, p = self.integrand.d, self.highest
-        coefficients, left = grid_coefficients(np.ldexp(self.grid, -power[:, None]), self.side, d, p)
+        finite = np.asarray(np.isfinite(self.grid).all(axis=1))
+        _, above = np.frexp(_largest(self.grid))  # the unit of the grid
+        scaled = np.ldexp(np.where(finite[:, None], self.grid, 0.0), -above[:, None])
+        coefficients, left = grid_coefficients(scaled, self.side, d, p)
+        above -= power
         plain = _of_others(np.stack([s.means.var(axis=1) for s in sums])) / (self.count - 1)
-        promising = left <= WORTH * plain * (self.m // self.parts)
+        with np.errstate(over="ignore"):
+            promising = finite & (np.ldexp(left, 2 * above) <= WORTH * plain * (self.m // self.parts))
+        used = promising.any(axis=0)
+        coefficients = np.ldexp(np.where(used[:, None], coefficients, 0.0), np.where(used, above, 0)[:, None])
         below = range(max(1, p - DEGREES_BELOW), p + 1)
-        fits = NestedFits(np.where(promising.any(axis=0), p, 0), {q: truncated(coefficients, d, p, q) for q in below})
+        fits = NestedFits(np.where(used, p, 0), {q: truncated(coefficients, d, p, q) for q in below})
         return fits, promising
 
     def _corrections(self, kept: list[Array], sums: list[_PartSums], power: NDArray[np.intc]) -> tuple[Array, Indices]:

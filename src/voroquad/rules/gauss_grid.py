@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from .._support.arrays import Array, Indices
+from .._support.blas import one_blas_thread
 from .polynomials import legendre, powers_up_to
 
 #: Lowest dimension: below, the pilot rule has a grid of its own.
@@ -24,13 +25,15 @@ SHARE = 1 / 4
 def nodes_of_an_axis(n: int, d: int) -> int:
     """Nodes along each axis of the grid for n evaluations in all; 0 where there is no grid.
 
+    The number is even: an odd one would make the centre of the box a node, where many integrands have a pole or a kink.
+
     Examples
     --------
     >>> from voroquad.rules.gauss_grid import nodes_of_an_axis
     >>> [nodes_of_an_axis(n, 4) for n in (1024, 16_384, 10**6)]
-    [0, 8, 13]
+    [0, 8, 12]
     """
-    side = int(min(SHARE * n, MOST_NODES) ** (1 / d) + 1e-9)
+    side = 2 * int((min(SHARE * n, MOST_NODES) ** (1 / d) + 1e-9) / 2)
     return side if d >= LOWEST_DIMENSION and side >= FEWEST_NODES else 0
 
 
@@ -57,6 +60,7 @@ def term_powers(d: int, degree: int) -> Indices:
     return np.column_stack([np.repeat(stems, runs, axis=0), last])
 
 
+@one_blas_thread
 def grid_coefficients(values: Array, side: int, d: int, degree: int) -> tuple[Array, Array]:
     r"""Polynomials of total degree p from values (fields, side^d) at the nodes.
 
