@@ -53,37 +53,38 @@ struct CellWorkspace<1> {
 namespace detail {
 
 // Calls visit(site, cell, worker) for the sites of a chunk of families.
-template <std::size_t D, class Visit>
-void visit_families(CellWorkspace<D> &work, const Bounds<D> &domain, std::size_t begin,
-                    std::size_t end, unsigned worker, Visit &&visit) {
-    work.cutters[worker].cut_families(
-        work.tree, domain, begin, end,
-        [&](std::size_t site, const auto &cell) { visit(site, cell, worker); });
+template <std::size_t D, bool numbered, class Visit>
+void visit_families(const PointTree<D> &tree, CellCutter<D, numbered> &cutter,
+                    const Bounds<D> &domain, std::size_t begin, std::size_t end, unsigned worker,
+                    Visit &&visit) {
+    cutter.cut_families(tree, domain, begin, end,
+                        [&](std::size_t site, const auto &cell) { visit(site, cell, worker); });
 }
 
 // Calls visit(site, cell, worker) for all sites of the tree.
-template <std::size_t D, class Visit, class Pause>
-void visit_cells(CellWorkspace<D> &work, const Bounds<D> &domain, unsigned threads, Visit &&visit,
-                 Pause &&pause) {
-    if (work.cutters.size() < threads) work.cutters.resize(threads);
+template <std::size_t D, bool numbered, class Visit, class Pause>
+void visit_cells(const PointTree<D> &tree, std::vector<CellCutter<D, numbered>> &cutters,
+                 const Bounds<D> &domain, unsigned threads, Visit &&visit, Pause &&pause) {
+    if (cutters.size() < threads) cutters.resize(threads);
     const auto cut_families = [&](std::size_t begin, std::size_t end, unsigned worker) {
-        visit_families(work, domain, begin, end, worker, visit);
+        visit_families(tree, cutters[worker], domain, begin, end, worker, visit);
     };
     // The cells of a chunk know what bounded the ones before: chunks are the same for any threads.
     constexpr std::size_t grain = 128 / PointTree<D>::family_size;
-    parallel_for(work.tree.families(), grain, threads, cut_families, pause);
+    parallel_for(tree.families(), grain, threads, cut_families, pause);
 }
 
 // The same with what the walls of a convex domain leave of each cell
-template <std::size_t D, class Pause>
-void visit_cells(CellWorkspace<D> &work, const ConvexDomain<D> &domain, unsigned threads,
-                 const AnyVisit<D> &visit, Pause &&pause) {
-    std::vector<WallCutter<D>> cutters(std::max(1u, threads));
+template <std::size_t D, bool numbered, class Pause>
+void visit_cells(const PointTree<D> &tree, std::vector<CellCutter<D, numbered>> &cutters,
+                 const ConvexDomain<D> &domain, unsigned threads,
+                 const AnyVisit<D, numbered> &visit, Pause &&pause) {
+    std::vector<WallCutter<D>> wall_cutters(std::max(1u, threads));
     const auto cut = [&](std::size_t site, const auto &cell, unsigned worker) {
-        cutters[worker].cut(domain, work.site(site), cell,
-                            [&](const auto &part) { visit(site, part, worker); });
+        wall_cutters[worker].cut(domain, tree.site(site), cell,
+                                 [&](const auto &part) { visit(site, part, worker); });
     };
-    visit_cells(work, domain.bounds, threads, cut, pause);
+    visit_cells(tree, cutters, domain.bounds, threads, cut, pause);
 }
 
 // Points that coincide share their cell equally.
@@ -127,7 +128,7 @@ void for_each_cell(const PointView<D> &points, const BoundsOf<D> &domain, CellWo
     VOROQUAD_CHECK(threads >= 1, "for_each_cell: threads must be at least 1");
     if (points.size() == 0) return;
     work.tree.build(points);
-    detail::visit_cells(work, domain, threads, visit, pause);
+    detail::visit_cells(work.tree, work.cutters, domain, threads, visit, pause);
 }
 
 // Calls visit(site, cell, worker) for the part in the domain of the cell of every distinct point.
@@ -142,7 +143,8 @@ void for_each_cell_in(const PointView<D> &points, const ConvexDomainOf<D> &domai
     VOROQUAD_CHECK(threads >= 1, "for_each_cell_in: threads must be at least 1");
     if (points.size() == 0) return;
     work.tree.build(points);
-    detail::visit_cells(work, domain, threads, detail::AnyVisit<D>(visit), pause);
+    detail::visit_cells(work.tree, work.cutters, domain, threads, detail::AnyVisit<D>(visit),
+                        pause);
 }
 
 // Lengths, areas or volumes of the cells. Points that coincide share their cell equally.

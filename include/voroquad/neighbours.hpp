@@ -184,13 +184,17 @@ Neighbours<D> cell_neighbours(const PointView<D> &points, const ConvexDomainOf<D
         return detail::rows_of(detail::faces_on_line(points, domain.bounds));
     } else {
         if (points.size() == 0) return detail::RowWriter<D>(0, 0).rows();
-        CellWorkspace<D> work;
-        work.tree.build(points);
-        detail::FaceCollector<D> collector(work.tree, domain.bounds, std::max(1u, threads));
+        detail::PointTree<D> tree;
+        tree.build(points);
+        // In the plane cells tell which points bound them; in space these are looked for.
+        constexpr bool numbered = D == 2;
+        std::vector<detail::CellCutter<D, numbered>> cutters;
+        detail::FaceCollector<D> collector(tree, domain.bounds, std::max(1u, threads));
         const auto add = [&](std::size_t site, const auto &cell, unsigned worker) {
             collector.add(site, cell, worker);
         };
-        detail::visit_cells(work, domain, threads, detail::AnyVisit<D>(add), pause);
+        detail::visit_cells(tree, cutters, domain, threads, detail::AnyVisit<D, numbered>(add),
+                            pause);
         return detail::rows_of(collector, points.size());
     }
 }

@@ -37,6 +37,13 @@ inline Vector chosen(Mask mask, Vector a, Vector b) { return mask ? a : b; }
 #endif
 inline constexpr std::size_t width = sizeof(Vector) / sizeof(double);
 
+// 0, 1, 2, …
+inline Vector lane_numbers() {
+    Vector numbers{};
+    for (std::size_t i = 0; i < width; ++i) numbers[i] = static_cast<double>(i);
+    return numbers;
+}
+
 // Bits of the first n lanes
 inline constexpr std::uint64_t all_lanes = (std::uint64_t{1} << width) - 1;
 constexpr std::uint64_t first_lanes(std::size_t n) {

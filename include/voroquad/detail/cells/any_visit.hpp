@@ -42,8 +42,9 @@ private:
 };
 
 // Of all kinds of cells in the plane or in space
-template <std::size_t D>
-using AnyVisit =
-    std::conditional_t<D == 2, VisitOf<WrappedCell, ConvexPolygon>, VisitOf<ConvexPolyhedron>>;
+template <std::size_t D, bool numbered = false>
+using AnyVisit = std::conditional_t<
+    D == 2, VisitOf<std::conditional_t<numbered, NumberedCell, WrappedCell>, ConvexPolygon>,
+    VisitOf<ConvexPolyhedron>>;
 
 } // namespace VOROQUAD::detail

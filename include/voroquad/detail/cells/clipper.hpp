@@ -18,11 +18,11 @@
 namespace VOROQUAD::detail {
 
 // Cuts the cells of a family of leaves, one after the other; holds the scratch space.
-template <std::size_t D>
+template <std::size_t D, bool numbered>
 class CellClipper {
 public:
     // The sites of another family come next.
-    void enter(Neighbourhood<D> &neighbourhood) {
+    void enter(Neighbourhood<D, numbered> &neighbourhood) {
         neighbourhood_ = &neighbourhood;
         far_search_.keep_last_few();
     }
@@ -145,14 +145,14 @@ private:
         std::uint32_t shell;
     };
 
-    Neighbourhood<D> *neighbourhood_ = nullptr;
+    Neighbourhood<D, numbered> *neighbourhood_ = nullptr;
     std::size_t number_ = 0; // of the site
     Point<D> site_{};
     Box<D> sides_{};
     ConvexCell<D> cell_;
     std::vector<Candidate> candidates_, sorted_; // with room for all points around
     std::size_t count_ = 0;
-    FarSearch<D> far_search_;
+    FarSearch<D, numbered> far_search_;
 };
 
 } // namespace VOROQUAD::detail

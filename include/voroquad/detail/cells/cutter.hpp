@@ -14,8 +14,9 @@
 
 namespace VOROQUAD::detail {
 
-// Cuts the cells of the sites of a tree; holds a thread's scratch space.
-template <std::size_t D>
+// Cuts the cells of the sites of a tree; holds a thread's scratch space. If points are numbered,
+// most cells in the plane tell which of them bound them.
+template <std::size_t D, bool numbered = false>
 class CellCutter {
 public:
     // Calls visit(site, cell) for the sites of families of leaves that follow each other in the
@@ -50,9 +51,9 @@ private:
 
     struct NoWrap {};
     Bounds<D> domain_ = Domain::box;
-    Neighbourhood<D> neighbourhood_;
-    CellClipper<D> clipper_;
-    std::conditional_t<D == 2, PlaneWrap, NoWrap> wrap_;
+    Neighbourhood<D, numbered> neighbourhood_;
+    CellClipper<D, numbered> clipper_;
+    std::conditional_t<D == 2, PlaneWrap<numbered>, NoWrap> wrap_;
 };
 
 } // namespace VOROQUAD::detail

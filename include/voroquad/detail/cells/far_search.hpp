@@ -25,7 +25,7 @@ namespace VOROQUAD::detail {
 // Clips cells until no site is nearer to a vertex than the cell's own site; then the cell is
 // final. A site that bounds a cell from afar often bounds the next one too, so the sites found
 // last are tried first.
-template <std::size_t D>
+template <std::size_t D, bool numbered>
 class FarSearch {
 public:
     // Forgets the sites found before, so that results do not depend on what was cut before.
@@ -42,8 +42,8 @@ public:
     // The loop ends: every pass but the last clips with a site, or an image of one, that has not
     // clipped the cell in an earlier pass. Without that rule rounding could find the same site
     // again and again.
-    void finish(ConvexCell<D> &cell, const Point<D> &site, const Neighbourhood<D> &neighbourhood,
-                double seen2) {
+    void finish(ConvexCell<D> &cell, const Point<D> &site,
+                const Neighbourhood<D, numbered> &neighbourhood, double seen2) {
         site_ = site;
         neighbourhood_ = &neighbourhood;
         clipping_sites_.clear();
@@ -205,7 +205,7 @@ private:
     }
 
     Point<D> site_{}; // of the cell
-    const Neighbourhood<D> *neighbourhood_ = nullptr;
+    const Neighbourhood<D, numbered> *neighbourhood_ = nullptr;
     std::vector<FarSite> found_sites_;       // by the searches for the last cells
     std::vector<FarSite> clipping_sites_;    // that have clipped this cell
     std::vector<Point<D>> settled_vertices_; // of this cell, in lexicographic order

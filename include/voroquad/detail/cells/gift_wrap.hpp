@@ -16,6 +16,7 @@
 #include <cstdint>
 #include <limits>
 
+#include <voroquad/detail/cells/neighbourhood.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/points/algebra.hpp>
 #include <voroquad/detail/simd.hpp>
@@ -43,13 +44,47 @@ public:
     double measure() const { return measure_; }
     double squared_radius() const { return squared_radius_; }
 
-private:
+protected:
     Column vertex_, corner_;
+
+private:
     std::size_t size_;
     double measure_, squared_radius_;
 };
 
+// One that knows the points that it was wrapped among by number
+class NumberedCell : public WrappedCell {
+public:
+    // Inverses and numbers of the points
+    struct Among {
+        Column inverse;
+        const double *number;
+        std::size_t count;
+    };
+    NumberedCell(const WrappedCell &cell, const Among &among) : WrappedCell(cell), among_(among) {}
+
+    // The number of the point across an edge; unknown if others have the same inverse, as rounded
+    double number(std::size_t i) const {
+        const Vector x = Vector{} + corner_[0][i * width], y = Vector{} + corner_[1][i * width];
+        double number = unknown_number;
+        int found = 0;
+        for (std::size_t j = 0; j < among_.count; j += width) {
+            const std::uint64_t same =
+                bits_of((load(among_.inverse[0] + j) == x) & (load(among_.inverse[1] + j) == y)) &
+                first_lanes(among_.count - j);
+            if (same == 0) continue;
+            number = among_.number[j + static_cast<std::size_t>(std::countr_zero(same))];
+            found += std::popcount(same);
+        }
+        return found == 1 ? number : unknown_number;
+    }
+
+private:
+    Among among_;
+};
+
 // The cells of as many sites as a vector has lanes, each among points of its own.
+template <bool numbered>
 class GiftWrap {
 public:
     // Begins anew, with room for n points to a site.
@@ -59,19 +94,25 @@ public:
         room_ = 2 * padded(n) + 2 * largest_width;
         for (auto &axis : point_) axis.resize(room_ * width);
         for (auto &axis : inverse_) axis.resize(room_ * width);
+        if constexpr (numbered) number_.resize(room_ * width);
     }
-    // Adds a point, relative to the site of a lane.
+    // Adds a mirror image of the site of a lane, relative to it.
     void add(std::size_t lane, const Point<2> &q) {
         const std::size_t place = lane * room_ + count_[lane]++;
         point_[0][place] = q[0];
         point_[1][place] = q[1];
+        if constexpr (numbered) number_[place] = mirror_number;
     }
-    // Adds those of vectors of points that are wanted; each(add) calls add(x, y, bits).
+    // Adds those of vectors of points that are wanted; each(add) calls add(q, bits, i) for those
+    // from point i on.
     template <class Each>
-    void add_all(std::size_t lane, Each &&each) {
+    void add_all(std::size_t lane, const PointList<2, numbered> &points, Each &&each) {
         double *x_end = &point_[0][lane * room_ + count_[lane]];
         double *y_end = &point_[1][lane * room_ + count_[lane]];
-        each([&](const std::array<Vector, 2> &q, std::uint64_t bits) {
+        each([&](const std::array<Vector, 2> &q, std::uint64_t bits, std::size_t i) {
+            if constexpr (numbered)
+                store_chosen(&number_[static_cast<std::size_t>(x_end - point_[0].data())],
+                             points.numbers(i), bits);
             store_chosen(x_end, q[0], bits);
             store_chosen(y_end, q[1], bits);
             x_end += std::popcount(bits);
@@ -132,12 +173,15 @@ public:
     // Whether the walk around the cell of lane i closed, without loss of digits: only then is
     // there a cell.
     bool sound(std::size_t i) const { return is_sound_[i] != 0.0; }
-    WrappedCell cell(std::size_t i) const {
-        return {{&vertex_[0][i], &vertex_[1][i]},
-                {&corner_[0][i], &corner_[1][i]},
-                static_cast<std::size_t>(size_[i]),
-                larger(0.0, 0.5 * twice_area_[i]),
-                radius2_[i]};
+    auto cell(std::size_t i) const {
+        const WrappedCell cell({&vertex_[0][i], &vertex_[1][i]}, {&corner_[0][i], &corner_[1][i]},
+                               static_cast<std::size_t>(size_[i]),
+                               larger(0.0, 0.5 * twice_area_[i]), radius2_[i]);
+        if constexpr (!numbered) return cell;
+        else
+            return NumberedCell(
+                cell,
+                {{&point_[0][i * room_], &point_[1][i * room_]}, &number_[i * room_], count_[i]});
     }
 
 private:
@@ -234,8 +278,9 @@ private:
         return {best.x, best.y};
     }
 
-    std::array<Numbers, 2> point_;   // j of lane i: [i * room_ + j]
-    std::array<Numbers, 2> inverse_; // of point j of lane i: [j * width + i]
+    std::array<Numbers, 2> point_; // j of lane i: [i * room_ + j]; its inverse after the wrap
+    [[no_unique_address]] NumbersIf<numbered> number_; // of the same points
+    std::array<Numbers, 2> inverse_;                   // of point j of lane i: [j * width + i]
     std::array<std::size_t, width> count_{};
     std::size_t room_ = 0, size_of_hull_ = 0;
     Vector longest2_, is_apart_;

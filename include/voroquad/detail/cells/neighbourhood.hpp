@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
+#include <type_traits>
 #include <vector>
 
 #include <voroquad/detail/cells/tuning.hpp>
@@ -24,9 +25,25 @@ namespace VOROQUAD::detail {
 // power of two first.
 inline constexpr double magnified = 0x1p1000;
 
-// Points side by side for vectors. Where an axis is periodic each has the turn of the sites that
-// see it.
+// A site, or an image of it, as one number: exact, since there are fewer than 2³² sites and no
+// more than 3³ images that touch the domain.
 template <std::size_t D>
+double image_number(double site, const Point<D> &periods) {
+    double code = 0.0;
+    for (std::size_t a = D; a-- > 0;) code = 3.0 * code + (periods[a] + 1.0);
+    return site + 0x1p32 * code;
+}
+inline constexpr double mirror_number = -1.0;  // of the mirror image of a site in a side
+inline constexpr double unknown_number = -2.0; // of a point of which only the place is known
+
+// Room for the numbers of points, or nothing, without room in an object
+struct NoNumbers {};
+template <bool numbered>
+using NumbersIf = std::conditional_t<numbered, Numbers, NoNumbers>;
+
+// Points side by side for vectors. Where an axis is periodic each has the turn of the sites that
+// see it. If they are numbered, each has its number as well.
+template <std::size_t D, bool numbered>
 class PointList {
 public:
     using Vectors = std::array<Vector, D>;
@@ -39,6 +56,13 @@ public:
         if (point_[0].size() >= n + largest_width) return;
         for (auto *axes : {&point_, &turn_})
             for (auto &axis : *axes) axis.resize(2 * (n + largest_width));
+        if constexpr (numbered) number_.resize(2 * (n + largest_width));
+    }
+    // Numbers those that are added next.
+    void number(Vector numbers, std::uint64_t chosen)
+        requires numbered
+    {
+        store_chosen(&number_[size_], numbers, chosen);
     }
     // Adds those of a vector of points whose bit is set, and their sites' turns; there is room for
     // all.
@@ -57,6 +81,11 @@ public:
     }
 
     std::size_t size() const { return size_; }
+    Vector numbers(std::size_t i) const
+        requires numbered
+    {
+        return load(&number_[i]);
+    }
     Vectors points(std::size_t i) const { return loaded(point_, i); }
     Vectors turns(std::size_t i) const { return turned_ ? loaded(turn_, i) : Vectors{}; }
     // Vectors of points, and single ones, as a site sees them
@@ -73,15 +102,16 @@ public:
         return q;
     }
 
-    // Calls visit(q, bits) for vectors of points relative to a site, which is point `own`. A bit is
-    // set where the squared distance is below `to`, except for the site itself.
+    // Calls visit(q, bits, i) for vectors of points, from point i on, relative to a site, which is
+    // point `own`. A bit is set where the squared distance is below `to`, except for the site
+    // itself.
     template <class Visit>
     void nearer_than(double to, const Point<D> &site, std::size_t own, Visit &&visit) const {
         for (std::size_t i = 0; i < size_; i += width) {
             const Vectors q = seen_from(site, i);
             std::uint64_t chosen = bits_less(squared<D>(q), Vector{} + to);
             if (own - i < width) chosen &= ~(std::uint64_t{1} << (own - i));
-            visit(q, chosen);
+            visit(q, chosen, i);
         }
     }
 
@@ -95,14 +125,17 @@ private:
     bool turned_ = false;
     std::size_t size_ = 0;
     std::array<Numbers, D> point_, turn_;
+    [[no_unique_address]] NumbersIf<numbered> number_;
 };
 
 // All points within `reach` of a family of leaves, collected once for the sites in them. On
 // periodic axes a point that is near across a side counts with its image. Its own sites are the
 // first of the points, in their order.
-template <std::size_t D>
+template <std::size_t D, bool numbered>
 class Neighbourhood {
 public:
+    using Points = PointList<D, numbered>;
+
     // In a crowd the reach is shortened.
     void collect(const PointTree<D> &tree, const Bounds<D> &domain, std::size_t family,
                  double reach) {
@@ -128,20 +161,20 @@ public:
     }
 
     // Of the points those within `reach` of a leaf: its own sites first
-    void narrow(std::size_t leaf, double reach, PointList<D> &near) const {
+    void narrow(std::size_t leaf, double reach, Points &near) const {
         const Box<D> box = tree_->leaf_box(leaf);
         const std::size_t begin = tree_->leaf_begin(leaf) - first_site();
         const std::size_t end = tree_->leaf_begin(leaf + 1) - first_site();
         near.clear(turned_);
         near.reserve(points_.size() + largest_width);
         for (std::size_t i = begin; i < end; i += width)
-            near.add(points_.points(i), points_.turns(i), first_lanes(end - i));
+            copy(i, points_.points(i), points_.turns(i), first_lanes(end - i), near);
         const auto add = [&](std::size_t from, std::size_t to) {
             for (std::size_t i = from; i < to; i += width) {
                 const auto p = points_.points(i), turn = points_.turns(i);
                 const Vector d2 = distance2(p, turn, box);
                 const std::uint64_t chosen = bits_less(d2, Vector{} + reach * reach);
-                near.add(p, turn, chosen & first_lanes(to - i));
+                copy(i, p, turn, chosen & first_lanes(to - i), near);
             }
         };
         add(0, begin);
@@ -155,7 +188,7 @@ public:
     bool owns(std::size_t leaf) const { return leaf >= first_leaf_ && leaf < end_leaf_; }
     std::size_t first_site() const { return tree_->leaf_begin(first_leaf_); }
 
-    const PointList<D> &points() const { return points_; }
+    const Points &points() const { return points_; }
     double reach() const { return reach_; }
     // The mean spacing of the points, if they filled the part of the domain within reach
     double spacing() const
@@ -252,9 +285,9 @@ private:
     }
 
     // Squared distances from a box of sites with their turns
-    static Vector distance2(const typename PointList<D>::Vectors &p,
-                            const typename PointList<D>::Vectors &turn, const Box<D> &box) {
-        typename PointList<D>::Vectors gap;
+    static Vector distance2(const typename Points::Vectors &p, const typename Points::Vectors &turn,
+                            const Box<D> &box) {
+        typename Points::Vectors gap;
         for (std::size_t a = 0; a < D; ++a) {
             const Vector above = p[a] - (box.hi[a] - turn[a]);
             const Vector below = (box.lo[a] - turn[a]) - p[a];
@@ -263,18 +296,34 @@ private:
         return squared<D>(gap);
     }
 
+    // Numbers the images of the sites from s on, which are added next.
+    void number(std::size_t s, const Point<D> &periods, std::uint64_t chosen) {
+        if constexpr (numbered)
+            points_.number(image_number<D>(static_cast<double>(s), periods) + lane_numbers(),
+                           chosen);
+    }
+
+    // Adds those of the vector of points from i on whose bit is set to another list.
+    void copy(std::size_t i, const typename Points::Vectors &points,
+              const typename Points::Vectors &turns, std::uint64_t chosen, Points &to) const {
+        if constexpr (numbered) to.number(points_.numbers(i), chosen);
+        to.add(points, turns, chosen);
+    }
+
     void add_own_sites() {
         const std::size_t end = tree_->leaf_begin(end_leaf_);
         points_.reserve(end - first_site());
-        for (std::size_t s = first_site(); s < end; s += width)
+        for (std::size_t s = first_site(); s < end; s += width) {
+            number(s, {}, first_lanes(end - s));
             points_.add(tree_->vectors(s), {}, first_lanes(end - s));
+        }
     }
 
     // Adds the points of a leaf that are within reach.
     void add_leaf(std::size_t leaf, const Point<D> &periods) {
         const std::size_t begin = tree_->leaf_begin(leaf), end = tree_->leaf_begin(leaf + 1);
         points_.reserve(points_.size() + (end - begin));
-        typename PointList<D>::Vectors down, turns;
+        typename Points::Vectors down, turns;
         for (std::size_t a = 0; a < D; ++a) {
             const Turn along = turn_of(*domain_, a, periods[a]);
             down[a] = Vector{} + along.point;
@@ -285,6 +334,7 @@ private:
             for (std::size_t a = 0; a < D; ++a) p[a] -= down[a];
             const Vector d2 = distance2(p, turns, box_);
             const std::uint64_t chosen = bits_less(d2, Vector{} + reach_ * reach_);
+            number(s, periods, chosen & first_lanes(end - s));
             points_.add(p, turns, chosen & first_lanes(end - s));
         }
     }
@@ -295,7 +345,7 @@ private:
     Box<D> box_{};
     std::size_t first_leaf_ = 0, end_leaf_ = 0; // of the family
     double reach_ = 0.0;
-    PointList<D> points_;
+    Points points_;
     Numbers distance2_;
     Point<D> site_{};
 };

@@ -25,11 +25,12 @@ namespace VOROQUAD::detail {
 // points are that can still cut it; open cells are wrapped again among those, and clipped if
 // that does not settle them either. Where many need points beyond those around the family, as
 // next to a gap, more are collected.
+template <bool numbered>
 class PlaneWrap {
 public:
     template <class Visit>
-    void cut_family(std::size_t family, Neighbourhood<2> &neighbourhood, CellClipper<2> &clipper,
-                    Visit &&visit) {
+    void cut_family(std::size_t family, Neighbourhood<2, numbered> &neighbourhood,
+                    CellClipper<2, numbered> &clipper, Visit &&visit) {
         neighbourhood_ = &neighbourhood;
         clipper_ = &clipper;
         const PointTree<2> &tree = neighbourhood.tree();
@@ -49,6 +50,7 @@ public:
     }
 
 private:
+    using Points = PointList<2, numbered>;
     // A site, and the squared distance up to which points are taken for its cell
     struct Task {
         std::size_t site;
@@ -91,13 +93,12 @@ private:
 
     // Wraps the cells of a few sites among points, the first of which are the sites from `first`
     // on.
-    void wrap(std::span<const Task> tasks, const PointList<2> &points, std::size_t first,
-              bool mirrors) {
+    void wrap(std::span<const Task> tasks, const Points &points, std::size_t first, bool mirrors) {
         wraps_.reset(points.size() + 4);
         for (std::size_t lane = 0; lane < tasks.size(); ++lane) {
             const Task &task = tasks[lane];
             clipper_->move_to(task.site);
-            wraps_.add_all(lane, [&](auto &&add) {
+            wraps_.add_all(lane, points, [&](auto &&add) {
                 points.nearer_than(task.reach2, clipper_->site(), task.site - first, add);
             });
             if (mirrors) add_mirrors(lane);
@@ -110,7 +111,7 @@ private:
     void take_cells(std::span<const Task> tasks, Then then, Visit &&visit) {
         for (std::size_t lane = 0; lane < tasks.size(); ++lane) {
             const auto [site, reach2] = tasks[lane];
-            const WrappedCell cell = wraps_.cell(lane);
+            const auto cell = wraps_.cell(lane);
             const bool sound = wraps_.sound(lane);
             const double needed2 =
                 sound ? security_radius2(cell) : std::numeric_limits<double>::infinity();
@@ -153,10 +154,10 @@ private:
         return 4.0 * to_side * to_side < reach2_;
     }
 
-    Neighbourhood<2> *neighbourhood_ = nullptr;
-    CellClipper<2> *clipper_ = nullptr;
-    GiftWrap wraps_;
-    PointList<2> leaf_points_;     // the nearest of the points around, for one leaf
+    Neighbourhood<2, numbered> *neighbourhood_ = nullptr;
+    CellClipper<2, numbered> *clipper_ = nullptr;
+    GiftWrap<numbered> wraps_;
+    Points leaf_points_;           // the nearest of the points around, for one leaf
     double reach2_ = 0.0;          // squared: up to there points are taken first
     std::vector<Task> open_cells_; // after the first wrap
     std::size_t cells_beyond_ = 0; // of them those that need points beyond those around

@@ -19,7 +19,10 @@
 #include <utility>
 #include <vector>
 
+#include <voroquad/detail/cells/gift_wrap.hpp>
 #include <voroquad/detail/cells/interval.hpp>
+#include <voroquad/detail/cells/neighbourhood.hpp>
+#include <voroquad/detail/cells/polygon.hpp>
 #include <voroquad/detail/cells/polyhedron.hpp>
 #include <voroquad/detail/cells/turn.hpp>
 #include <voroquad/detail/instruction_set.hpp>
@@ -119,6 +122,25 @@ public:
         Periods<D> periods;
         double distance;
     };
+    // What a site sees by its number; search() is called if that is unknown.
+    template <class Search>
+    std::optional<Found> told(const Point<D> &site, double number, Search &&search) const {
+        if (number == unknown_number) return search();
+        if (number == mirror_number) return {};
+        const double code = std::floor(number * 0x1p-32);
+        auto images = static_cast<int>(code);
+        const auto other = static_cast<std::uint32_t>(number - 0x1p32 * code);
+        const Point<D> there = tree_.site(other);
+        Found found{other, {}, 0.0};
+        Point<D> way;
+        for (std::size_t a = 0; a < D; ++a, images /= 3) {
+            const int count = images % 3 - 1;
+            found.periods[a] = static_cast<std::int8_t>(count);
+            way[a] = turn_of(domain_, a, count).way(there[a], site[a]);
+        }
+        found.distance = length(way);
+        return found;
+    }
     // None where `q`, as a site sees it, is the mirror image of the site in a side of the domain
     std::optional<Found> find(const Point<D> &site, const Point<D> &q) const {
         const double size = largest_of(q);
@@ -212,13 +234,19 @@ inline double length_of(double x, double y) {
                                                                   : std::hypot(x, y);
 }
 
-// Calls visit(measure, q) for the edges of a cell in the plane, or the faces of one in space, and
-// the point q across each, relative to the site.
+// The number of the point across an edge, where the cell has it
+inline double number_across(const NumberedCell &cell, std::size_t i) { return cell.number(i); }
+inline double number_across(const ConvexPolygon &, std::size_t) { return unknown_number; }
+
+// Calls visit(measure, across, number) for the edges of a cell in the plane, or the faces of one in
+// space: across() is the place of the point across each, relative to the site, with that number.
 template <class Polygon, class Visit>
 void for_each_side(const Polygon &cell, Visit &&visit) {
     for (std::size_t i = 0; i < cell.size(); ++i) {
         const Point<2> p = cell.vertex(i), q = cell.vertex(i + 1 == cell.size() ? 0 : i + 1);
-        visit(length_of(q[0] - p[0], q[1] - p[1]), cell.across(i));
+        visit(
+            length_of(q[0] - p[0], q[1] - p[1]), [&] { return cell.across(i); },
+            number_across(cell, i));
     }
 }
 template <class Visit>
@@ -232,7 +260,9 @@ void for_each_side(const ConvexPolyhedron &cell, Visit &&visit) {
             for (std::size_t a = 0; a < 3; ++a) twice[a] += triangle[a];
             last = way;
         }
-        visit(0.5 * std::max(0.0, dot<3>(twice, cell.normal(face))), cell.across(face));
+        visit(
+            0.5 * std::max(0.0, dot<3>(twice, cell.normal(face))),
+            [&] { return cell.across(face); }, unknown_number);
     });
 }
 
@@ -242,21 +272,26 @@ class FaceCollector {
 public:
     FaceCollector(const PointTree<D> &tree, const Bounds<D> &domain, unsigned workers)
         : tree_(tree), finders_(workers, SiteFinder<D>(tree, domain)), faces_(workers),
-          surface_(tree.sites()), border_(tree.sites()), nearest_(tree.sites()) {}
+          surface_(tree.sites()), border_(tree.sites()), nearest_(tree.sites()) {
+        // What a cell of uniform points has, and some
+        for (auto &faces : faces_) faces.reserve((D == 2 ? 7 : 17) * tree.sites() / workers + 64);
+    }
 
     template <class Cell>
     void add(std::size_t site, const Cell &cell, unsigned worker) {
         auto &faces = faces_[worker];
         auto &finder = finders_[worker];
-        finder.move_to(site);
         const std::size_t first = faces.size();
         const Point<D> at = tree_.site(site);
         double surface = 0.0, border = 0.0;
         double nearest = std::numeric_limits<double>::infinity();
-        for_each_side(cell, [&](double measure, const Point<D> &q) {
+        for_each_side(cell, [&](double measure, const auto &across, double number) {
             surface += measure;
             if (measure == 0.0) return;
-            const auto found = finder.find(at, q);
+            const auto found = finder.told(at, number, [&] {
+                finder.move_to(site);
+                return finder.find(at, across());
+            });
             if (!found) {
                 border += measure;
                 return;
