@@ -46,6 +46,17 @@ def test_polyhedra_have_the_measures_as_volumes():
             assert (nearest >= np.linalg.norm(corners - site, axis=1) - 1e-12).all()
 
 
+@pytest.mark.parametrize("rounding", [1e-16, 3e-16, 1e-15])
+def test_polyhedra_of_a_rounded_lattice_have_no_edges_of_length_zero(rounding):
+    """Eight cells meet in a place, which rounding makes several corners; some of them coincide."""
+    lattice = (np.indices((4, 4, 4)).reshape(3, -1).T + 0.5) / 4
+    points = lattice + rounding * np.random.default_rng(1).uniform(-1, 1, lattice.shape)
+    for faces in vq.cells(points).polyhedra():
+        for face in faces:
+            assert len(face) >= 3
+            assert (face != np.roll(face, 1, axis=0)).any(axis=1).all()
+
+
 def test_what_is_of_one_set_or_of_one_dimension_says_so():
     batch, plane = np.full((2, 3, 2), 0.5), np.full((3, 2), 0.5)
     for what in ("polygons", "centroids"):
