@@ -104,3 +104,14 @@ def test_terms_that_are_singular_to_rounding_are_orthonormalised_all_the_same():
     fits = fits_of(points, group, axes, (1, 4))
     linear, quartic = (abs(fits.residuals(which, np.arange(9), f)).max() for which in range(2))
     assert quartic < 1e-3 * linear
+
+
+def test_where_the_others_do_not_determine_a_polynomial_nothing_is_predicted():
+    """Of 12 samples 3 are left: fewer than the 6 terms of degree 2."""
+    samples = vq.sample("stratified", 12, 2, rng=1)
+    _, axes = strata_in_colours(samples.strata, 2)
+    group = np.where(np.arange(12) < 9, 0, 1)
+    f = np.exp(samples.points.sum(axis=1))[None]
+    fits = fits_of(samples.points, group, axes, (2,))
+    np.testing.assert_array_equal(fits.residuals(0, np.array([0]), f)[:, group == 0], f[:, group == 0])
+    np.testing.assert_array_equal(fits.weights(0, np.array([0]))[0], 1.0 * (group == 0))

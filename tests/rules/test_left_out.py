@@ -118,6 +118,20 @@ def test_samples_that_coincide_get_as_much_noise_as_it_takes():
     assert found[2].sum() == pytest.approx(36, rel=1e-3)
 
 
+def test_coincident_samples_without_noise_get_some():
+    x, *rest = case(36, 2, 6)
+    found = of_core(np.repeat(x[::2], 2, axis=0), Model(1, 0.5, 0.0), *rest)
+    assert all(np.isfinite(a).all() for a in found)
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-4, np.nan])
+def test_a_coordinate_that_is_not_finite_is_an_error(noise):
+    x, *rest = case(36, 2, 6)
+    x[5, 1] = np.nan
+    with pytest.raises(ValueError, match="covariance of points is not finite"):
+        of_core(x, Model(1, 0.5, noise), *rest)
+
+
 def test_products_of_polynomials_are_orthonormal():
     t, w = np.polynomial.legendre.leggauss(9)
     grid = np.stack(np.meshgrid((t + 1) / 2, (t + 1) / 2, indexing="ij"), axis=-1).reshape(-1, 2)

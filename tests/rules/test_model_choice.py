@@ -112,6 +112,31 @@ def test_neither_score_nor_prediction_knows_values_of_the_colour(two_sets):
         np.testing.assert_allclose((again.residuals - choice.residuals)[..., own], (other - f)[..., own], atol=1e-9)
 
 
+@pytest.mark.parametrize("huge", [1e9, 1e300])
+@pytest.mark.parametrize(("n", "d"), [(100, 2), (64, 3), (400, 2)])
+def test_no_value_of_a_colour_enters_its_choice_or_prediction(n, d, huge):
+    """Not even by rounding: to the last bit."""
+    samples = vq.sample("multi-jittered", n, d, sets=1, rng=1)
+    group, _ = strata_in_colours(samples.strata, period(d))
+    f = np.stack([np.exp(samples.points.sum(axis=-1)), smooth(samples.points), edge(samples.points)], axis=1)
+    chosen = choose_in_strata(samples.points, samples.strata, period(d), f, 1).chosen
+    candidates, _ = candidates_of(samples, samples.points[0])
+    for c in np.unique(group)[::3]:
+        own = group == c
+        none, other = (np.where(own, value, f) for value in (0.0, huge))
+        other[..., np.flatnonzero(own)[0]] *= -1
+        again = choose_in_strata(samples.points, samples.strata, period(d), other, 1).chosen
+        np.testing.assert_array_equal(again[..., c], chosen[..., c])
+        for some in candidates:
+            for which in range(len(some.names)):
+                predicted = -some.residuals(which, np.array([c]), none[0])[:, own]
+                residuals = some.residuals(which, np.array([c]), other[0])[:, own]
+                np.testing.assert_array_equal(residuals, other[0][:, own] - predicted)
+            pairs = np.array([[c, (c + 1) % (group.max() + 1)]])
+            of_partner = (some.squares(pairs, values[0])[..., 1] for values in (f, other))
+            np.testing.assert_array_equal(*of_partner)
+
+
 def test_scores_know_no_position_of_the_colour(two_sets):
     samples, group, f = two_sets
     before = scores_of(samples, samples.points[0], f[0])

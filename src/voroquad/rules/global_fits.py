@@ -58,12 +58,7 @@ class GlobalFits:
     Notes
     -----
     In a basis Q (n, terms) of the polynomials that is nearly orthonormal over all samples, the fit without the samples
-    u has the coefficients
-
-        β = S⁻¹ (Qᵀ f − Q_uᵀ f_u) ,   S = Qᵀ Q − Q_uᵀ Q_u ,
-
-    where QᵀQ is the sum of the Q_cᵀ Q_c of the groups, which are computed once (docs/theory.md, (31);
-    include/voroquad/detail/fits/global_fits.hpp).
+    u has the coefficients of docs/theory.md, (31) (include/voroquad/detail/fits/global_fits.hpp).
     """
 
     def __init__(self, points: Array, groups: Groups, axes: Sequence[Intervals], degrees: Sequence[int]):

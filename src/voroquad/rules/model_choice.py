@@ -2,8 +2,8 @@
 
 The candidates are kriging models and polynomials of several degrees, fitted to all samples. For a group c, each
 candidate predicts some other groups e, one by one, from the samples of neither; that of least squared error predicts c
-from all others and is corrected by the samples of c. Choice and prediction know nothing of c, so there is no bias:
-docs/theory.md, (13) and (30). Each component of an integrand chooses for itself.
+from all others and is corrected by the samples of c. No value of c enters choice or prediction, not even by rounding,
+so there is no bias: docs/theory.md, (13) and (30). Each component of an integrand chooses for itself.
 """
 
 from __future__ import annotations
@@ -175,7 +175,9 @@ def _squares_elsewhere(values: Array, group: Indices, count: int) -> Array:
     What a group's choice rests on must not know its values; a difference of sums would, by its rounding.
     """
     of_each = group == np.arange(count)[:, None]
-    by_group = np.square(values) @ of_each.T.astype(np.float64)
+    with np.errstate(over="ignore"):
+        squares = np.square(values)
+    by_group = np.where(of_each, squares[:, None], 0.0).sum(axis=-1)
     others: Array = np.where(np.eye(count, dtype=bool), 0.0, by_group[:, None]).sum(axis=-1)
     return others
 

@@ -6,7 +6,9 @@
 // degrees. In a basis Q of the polynomials that is nearly orthonormal over all samples, the fit
 // without the samples u has the coefficients
 //
-//     β = S⁻¹ (Qᵀ f − Q_uᵀ f_u) ,   S = Qᵀ Q − Q_uᵀ Q_u .                 (docs/theory.md, (31))
+//     β = S⁻¹ Σ Q_cᵀ f_c ,   S = Qᵀ Q − Q_uᵀ Q_u ,                        (docs/theory.md, (31))
+//
+// where c are the groups that stay.
 #pragma once
 
 #include <algorithm>
@@ -98,23 +100,15 @@ public:
     void squares(const std::size_t *pairs, std::size_t count, const double *values,
                  std::size_t fields, double *out) const {
         const Matrix f = columns(values, fields);
-        std::vector<Matrix> by_group, sums;
-        Matrix total(terms_, fields);
-        for (std::size_t c = 0; c < groups_.count(); ++c) {
-            by_group.push_back(picked(f, groups_.members[c]));
-            sums.emplace_back(terms_, fields);
-            add_product<1>(sums.back(), by_group_[c], by_group.back());
-            add(total, sums.back(), 1.0);
-        }
+        std::vector<Matrix> by_group;
+        for (const auto &members : groups_.members) by_group.push_back(picked(f, members));
+        const std::vector<Matrix> sums = products(by_group);
         for (std::size_t pair = 0; pair < count; ++pair) {
             const std::size_t c = pairs[2 * pair], e = pairs[2 * pair + 1];
-            Matrix left = whole_, right = total;
-            for (const std::size_t g : {c, e}) {
-                add(left, grams_[g], -1.0);
-                add(right, sums[g], -1.0);
-            }
+            Matrix left = whole_;
+            for (const std::size_t g : {c, e}) add(left, grams_[g], -1.0);
             std::size_t known = 0;
-            const Matrix fits = fitted(std::move(left), std::move(right), fields, known);
+            const Matrix fits = fitted(std::move(left), without(sums, c, e), fields, known);
             for (std::size_t side = 0; side < 2; ++side) {
                 const std::size_t g = pairs[2 * pair + side];
                 Matrix predicted(groups_.members[g].size(), fits.columns());
@@ -140,12 +134,12 @@ public:
     void residuals(std::size_t degree, const std::size_t *some, std::size_t count,
                    const double *values, std::size_t fields, double *out) {
         const Matrix f = columns(values, fields);
-        Matrix total(terms_, fields);
-        add_product<1>(total, basis_, f);
+        std::vector<Matrix> by_group;
+        for (const auto &members : groups_.members) by_group.push_back(picked(f, members));
+        const std::vector<Matrix> sums = products(by_group);
         for (std::size_t g = 0; g < count; ++g) {
             const auto &members = groups_.members[some[g]];
-            Matrix fit = total;
-            add_product<-1>(fit, by_group_[some[g]], picked(f, members));
+            Matrix fit = without(sums, some[g], some[g]);
             solve_alone(some[g], degree, fit);
             for (std::size_t i = 0; i < members.size(); ++i)
                 for (std::size_t q = 0; q < fields; ++q) {
@@ -201,6 +195,24 @@ private:
             for (std::size_t j = 0; j < to.columns(); ++j) to(i, j) += sign * a(i, j);
     }
 
+    // Q_cᵀ f_c of each group
+    std::vector<Matrix> products(const std::vector<Matrix> &by_group) const {
+        std::vector<Matrix> out;
+        for (std::size_t c = 0; c < by_group.size(); ++c) {
+            out.emplace_back(terms_, by_group[c].columns());
+            add_product<1>(out[c], by_group_[c], by_group[c]);
+        }
+        return out;
+    }
+    // The sum of those of all groups but c and e: a difference of sums would know their values by
+    // its rounding
+    static Matrix without(const std::vector<Matrix> &products, std::size_t c, std::size_t e) {
+        Matrix sum(products[0].rows(), products[0].columns());
+        for (std::size_t g = 0; g < products.size(); ++g)
+            if (g != c && g != e) add(sum, products[g], 1.0);
+        return sum;
+    }
+
     // The factor of the first n rows and columns of S, or of those that the samples determine
     static Cholesky factored(Matrix left, std::size_t n) {
         constexpr double rounding = 64 * std::numeric_limits<double>::epsilon();
@@ -237,8 +249,13 @@ private:
         const Cholesky &root = found->second;
         for (std::size_t i = counts_[degree]; i < right.rows(); ++i)
             std::fill_n(right.row(i), right.columns(), 0.0);
+        if (root.known() < counts_[degree]) // as the scores, which are infinite then
+            return nothing(right);
         root.forward(right);
         root.back(right);
+    }
+    static void nothing(Matrix &fit) {
+        for (std::size_t i = 0; i < fit.rows(); ++i) std::fill_n(fit.row(i), fit.columns(), 0.0);
     }
 
     const SampleGroups &groups_;

@@ -12,9 +12,12 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <limits>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include <voroquad/detail/fail.hpp>
 #include <voroquad/detail/fits/covariances.hpp>
 #include <voroquad/detail/fits/dense.hpp>
 #include <voroquad/detail/fits/sample_groups.hpp>
@@ -53,38 +56,33 @@ public:
     // either: (fields, pairs, 2), for pairs (pairs, 2).
     void squares(const std::size_t *pairs, std::size_t count, const double *values,
                  std::size_t fields, double *out) const {
-        const Matrix solved = applied(columns(values, fields));
-        for (std::size_t pair = 0; pair < count; ++pair) {
-            std::vector<std::size_t> left_out;
-            for (std::size_t side = 0; side < 2; ++side) {
-                const auto &some = groups_.members[pairs[2 * pair + side]];
-                left_out.insert(left_out.end(), some.begin(), some.end());
-            }
-            const Matrix missed = solve(left_out, solved);
-            const std::size_t first = groups_.members[pairs[2 * pair]].size();
-            for (std::size_t f = 0; f < fields; ++f) {
-                double sum[2] = {0, 0};
-                for (std::size_t i = 0; i < left_out.size(); ++i)
-                    sum[i >= first] += missed(i, f) * missed(i, f) * groups_.own[left_out[i]];
-                out[(f * count + pair) * 2] = sum[0];
-                out[(f * count + pair) * 2 + 1] = sum[1];
-            }
+        std::vector<std::vector<std::size_t>> left_out(count);
+        for (std::size_t side = 0; side < 2 * count; ++side) {
+            const auto &some = groups_.members[pairs[side]];
+            left_out[side / 2].insert(left_out[side / 2].end(), some.begin(), some.end());
         }
+        std::fill_n(out, fields * count * 2, 0.0);
+        predict(left_out, values, fields,
+                [&](std::size_t pair, std::size_t i, std::size_t f, double predicted) {
+                    const std::size_t sample = left_out[pair][i];
+                    const bool second = i >= groups_.members[pairs[2 * pair]].size();
+                    const double missed = values[f * n_ + sample] - predicted;
+                    out[(f * count + pair) * 2 + second] += missed * missed * groups_.own[sample];
+                });
     }
 
     // What predictions without some groups, one by one, miss of values (fields, n) of samples that
     // are predicted: (fields, n), where other entries are not written.
     void residuals(const std::size_t *some, std::size_t count, const double *values,
                    std::size_t fields, double *out) const {
-        const Matrix solved = applied(columns(values, fields));
-        for (std::size_t g = 0; g < count; ++g) {
-            const auto &members = groups_.members[some[g]];
-            const Matrix missed = solve(members, solved);
-            for (std::size_t i = 0; i < members.size(); ++i)
-                if (groups_.own[members[i]] > 0)
-                    for (std::size_t f = 0; f < fields; ++f)
-                        out[f * n_ + members[i]] = missed(i, f);
-        }
+        std::vector<std::vector<std::size_t>> left_out;
+        for (std::size_t g = 0; g < count; ++g) left_out.push_back(groups_.members[some[g]]);
+        predict(left_out, values, fields,
+                [&](std::size_t g, std::size_t i, std::size_t f, double predicted) {
+                    const std::size_t sample = left_out[g][i];
+                    if (groups_.own[sample] > 0)
+                        out[f * n_ + sample] = values[f * n_ + sample] - predicted;
+                });
     }
 
     // What each value counts (count, n) in the parts of the estimate that belong to some groups:
@@ -95,10 +93,11 @@ public:
         Matrix y(n_, count);
         for (std::size_t g = 0; g < count; ++g) {
             const auto &members = groups_.members[some[g]];
-            Matrix missing(n_, 1);
-            for (const std::size_t i : members) missing(i, 0) = groups_.own[i] - v(i, g);
-            const Matrix solved = solve(members, missing);
-            for (std::size_t i = 0; i < members.size(); ++i) y(members[i], g) = solved(i, 0);
+            Matrix missing(members.size(), 1);
+            for (std::size_t i = 0; i < members.size(); ++i)
+                missing(i, 0) = groups_.own[members[i]] - v(members[i], g);
+            block(members).solve(missing);
+            for (std::size_t i = 0; i < members.size(); ++i) y(members[i], g) = missing(i, 0);
         }
         y = applied(std::move(y));
         for (std::size_t g = 0; g < count; ++g)
@@ -106,15 +105,27 @@ public:
     }
 
 private:
+    // Columns that are solved for together, about: more take more memory
+    static constexpr std::size_t columns_at_once = 64;
+    // With more noise, a prediction loses less than ε n / noise = 1e-7 of the values to rounding,
+    // of which it misses more
+    static constexpr double enough_noise = 1e-6;
+
     // Factors K; where it is singular to rounding, with as much noise as it takes.
     void factor(double noise) {
         const Covariance<Correlation> covariance(points_, n_, d_, length_);
-        for (; factor_.known() < n_; noise *= 10) {
+        for (noise = std::max(noise, std::numeric_limits<double>::epsilon());; noise *= 10) {
             Matrix a(n_, n_);
             covariance.above(a.row(0), a.stride());
             for (std::size_t i = 0; i < n_; ++i) a(i, i) += noise;
             factor_ = Cholesky(std::move(a), n_);
+            if (factor_.known() == n_) break;
+            if (!(noise <= 1)) // more than K's diagonal makes any K definite
+                VOROQUAD_FAIL(std::invalid_argument(
+                    "voroquad: the covariance of points is not finite; points, length and noise "
+                    "must be"));
         }
+        passes_ = noise > enough_noise ? 1 : 2;
     }
 
     // The drift of the highest degree that the samples determine
@@ -152,12 +163,49 @@ private:
         return b;
     }
 
-    // Values (fields, n) as columns
-    Matrix columns(const double *values, std::size_t fields) const {
-        Matrix out(n_, fields);
-        for (std::size_t f = 0; f < fields; ++f)
-            for (std::size_t i = 0; i < n_; ++i) out(i, f) = values[f * n_ + i];
-        return out;
+    // Calls use(set, i, field, prediction) for each sample i of each set u that is left out, with
+    // the prediction from the values (fields, n) of the others,
+    //
+    //     p − B_uu⁻¹ (B f)_u ,   where f is p in u,
+    //
+    // for any p. It is 0 at first, and then what was predicted, which removes the rounding of jumps
+    // to 0. No value of u enters, not even by rounding.
+    template <class Use>
+    void predict(const std::vector<std::vector<std::size_t>> &sets, const double *values,
+                 std::size_t fields, Use &&use) const {
+        const std::size_t at_once =
+            std::max<std::size_t>(1, columns_at_once / std::max<std::size_t>(1, fields));
+        for (std::size_t first = 0; first < sets.size(); first += at_once) {
+            const std::size_t count = std::min(at_once, sets.size() - first);
+            std::vector<Block> blocks;
+            Matrix known(n_, count * fields);
+            for (std::size_t i = 0; i < n_; ++i)
+                for (std::size_t s = 0; s < count; ++s)
+                    for (std::size_t f = 0; f < fields; ++f)
+                        known(i, s * fields + f) = values[f * n_ + i];
+            for (std::size_t s = 0; s < count; ++s) {
+                const auto &u = sets[first + s];
+                blocks.push_back(block(u));
+                for (const std::size_t i : u) std::fill_n(known.row(i) + s * fields, fields, 0.0);
+            }
+            for (int pass = 0; pass < passes_; ++pass) {
+                const Matrix of_known = applied(known);
+                for (std::size_t s = 0; s < count; ++s) {
+                    const auto &u = sets[first + s];
+                    Matrix missed(u.size(), fields);
+                    for (std::size_t i = 0; i < u.size(); ++i)
+                        std::copy_n(of_known.row(u[i]) + s * fields, fields, missed.row(i));
+                    blocks[s].solve(missed);
+                    for (std::size_t i = 0; i < u.size(); ++i)
+                        for (std::size_t f = 0; f < fields; ++f)
+                            known(u[i], s * fields + f) -= missed(i, f);
+                }
+            }
+            for (std::size_t s = 0; s < count; ++s)
+                for (std::size_t i = 0; i < sets[first + s].size(); ++i)
+                    for (std::size_t f = 0; f < fields; ++f)
+                        use(first + s, i, f, known(sets[first + s][i], s * fields + f));
+        }
     }
 
     // B times columns. K⁻¹ by its factors: a product with it would have errors of the size of ε
@@ -171,28 +219,33 @@ private:
         return x;
     }
 
-    // B_uu⁻¹ times the rows u of columns
-    Matrix solve(const std::vector<std::size_t> &u, const Matrix &columns) const {
-        const std::size_t size = u.size();
-        Matrix block(size, size), half(terms_, size), x(size, columns.columns());
-        for (std::size_t i = 0; i < size; ++i) {
-            std::copy_n(columns.row(u[i]), columns.columns(), x.row(i));
-            for (std::size_t j = i; j < size; ++j)
-                block(i, j) = inverse_(std::min(u[i], u[j]), std::max(u[i], u[j]));
+    // B_uu of the samples u
+    struct Block {
+        std::size_t size;
+        Matrix values; // if it is not definite, by rounding only
+        Cholesky root;
+
+        // B_uu⁻¹ R in place of R
+        void solve(Matrix &r) const {
+            if (root.known() < size) return eliminate(values, size, r);
+            root.forward(r);
+            root.back(r);
         }
+    };
+    Block block(const std::vector<std::size_t> &u) const {
+        const std::size_t size = u.size();
+        Matrix values(size, size), half(terms_, size);
+        for (std::size_t i = 0; i < size; ++i)
+            for (std::size_t j = i; j < size; ++j)
+                values(i, j) = inverse_(std::min(u[i], u[j]), std::max(u[i], u[j]));
         for (std::size_t k = 0; k < terms_; ++k)
             for (std::size_t i = 0; i < size; ++i) half(k, i) = half_(k, u[i]);
-        add_product<-1>(block, half, half, true);
-        const Cholesky root(block, size);
-        if (root.known() < size) { // by rounding only
-            for (std::size_t i = 0; i < size; ++i)
-                for (std::size_t j = 0; j < i; ++j) block(i, j) = block(j, i);
-            eliminate(std::move(block), size, x);
-            return x;
-        }
-        root.forward(x);
-        root.back(x);
-        return x;
+        add_product<-1>(values, half, half, true);
+        Cholesky root(values, size);
+        if (root.known() == size) return {size, {}, std::move(root)};
+        for (std::size_t i = 0; i < size; ++i)
+            for (std::size_t j = 0; j < i; ++j) values(i, j) = values(j, i);
+        return {size, std::move(values), std::move(root)};
     }
 
     // What each value counts, in columns (n, count), in the integrals of the prediction from all
@@ -241,6 +294,7 @@ private:
     std::size_t highest_, terms_ = 0;
     std::vector<double> over_groups_; // (groups, highest)
     Cholesky factor_;
+    int passes_ = 1;
     Matrix inverse_, at_samples_, half_, drift_;
 };
 
