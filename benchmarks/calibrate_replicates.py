@@ -1,10 +1,13 @@
 """Calibrate the error bar of ``method="polynomials"``: the factor of the spread of its replicates.
 
-The replicates are not independent, since each is corrected by polynomials that are fitted to others. The program
-integrates random members of the eight families with many seeds. It finds the least factor with which the 95 % interval,
-by Student's t distribution of the replicates, contains the integral in 96 % of the cases on average over the families
-and in 91 % of each; calls that warn count as covered. Writes benchmarks/results/replicate_scale.csv, where lines of
-dimensions that are not measured stay.
+Without a grid the replicates are not independent, since each is corrected by polynomials that are fitted to others.
+Beside a grid they are, but for the choice of a degree. There are three factors
+(:func:`voroquad.integrals.replicates.error_scale`): that of a grid, for which the line of d = 4 and 16384 evaluations
+decides; that of few points per corner, for which those of d = 8 with 1024 and 4096 and d = 6 with 1024 decide; and
+that of all other lines. The program integrates random members of the eight families with many seeds. It finds the
+least factor with which the 95 % interval, by Student's t distribution of the replicates, contains the integral in 96
+% of the cases on average over the families and in 91 % of each; calls that warn count as covered. Writes
+benchmarks/results/replicate_scale.csv, where lines of dimensions that are not measured stay.
 
     VOROQUAD_NUM_THREADS=1 python benchmarks/calibrate_replicates.py [--dimensions 4,6]
 """

@@ -46,8 +46,9 @@ TERMS, MOST_TERMS = 2.0, 2000
 #: The same of polynomials from a grid, whose time is that of their means over the nets alone.
 TERMS_OF_GRID = 8.0
 
-#: Factor of the standard error of the mean of replicates, since they are not independent: each is corrected by
-#: polynomials that are fitted to the others. benchmarks/calibrate_replicates.py measures the least that suffices.
+#: Factor of the standard error of the mean of replicates without a grid. They are not independent: each is
+#: corrected by polynomials that are fitted to others. benchmarks/calibrate_replicates.py measures the least that
+#: suffices.
 ERROR_SCALE = 1.3
 
 #: The same of small replicates, which have fewer than this number of points for each corner of the box: those of peaks
