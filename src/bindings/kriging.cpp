@@ -1,7 +1,9 @@
 // voroquad._core: covariances.
 #include "arrays.hpp"
 
+#include <algorithm>
 #include <memory>
+#include <stdexcept>
 #include <string>
 #include <variant>
 
@@ -21,6 +23,25 @@ using Numbers1 = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device
 using Indices1 = nb::ndarray<const std::int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Pairs = nb::ndarray<const std::int64_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
+// That of an argument, which holds
+inline void require(bool holds, const char *message) {
+    if (!holds) throw std::invalid_argument(message);
+}
+inline void require_groups(const std::int64_t *groups, std::size_t n, std::size_t count) {
+    require(
+        std::all_of(groups, groups + n,
+                    [&](std::int64_t g) { return g >= 0 && static_cast<std::size_t>(g) < count; }),
+        "group: numbers must be from 0 to the number of groups less one");
+}
+
+inline void require_pairs(const Pairs &pairs, std::size_t count) {
+    require(pairs.shape(1) == 2, "pairs: their shape must be (pairs, 2)");
+    require_groups(pairs.data(), pairs.size(), count);
+}
+inline void require_values(const Rows &values, std::size_t n) {
+    require(values.shape(1) == n, "values: their shape must be (fields, samples)");
+}
+
 inline std::vector<std::size_t> indices(const std::int64_t *from, std::size_t n) {
     return {from, from + n};
 }
@@ -32,13 +53,19 @@ class Predictions {
 public:
     Predictions(const SampleGroups &groups, const std::string &correlation, Points points,
                 const AssumedProcess &assumed, unsigned threads)
-        : n_(groups.samples()), points_(points.data(), points.data() + points.size()) {
+        : n_(groups.samples()), groups_(groups.count()),
+          points_(points.data(), points.data() + points.size()) {
         if (correlation == "matern7") make<Matern7>(groups, assumed, threads);
         else if (correlation == "matern9") make<Matern9>(groups, assumed, threads);
-        else make<Gaussian>(groups, assumed, threads);
+        else if (correlation == "gaussian") make<Gaussian>(groups, assumed, threads);
+        else
+            throw std::invalid_argument("correlation is '" + correlation +
+                                        "'; it must be 'matern7', 'matern9' or 'gaussian'");
     }
 
     Array<double> squares(Pairs pairs, Rows values) const {
+        require_pairs(pairs, groups_);
+        require_values(values, n_);
         const std::size_t count = pairs.shape(0), fields = values.shape(0);
         std::vector<double> out(fields * count * 2);
         const auto u = indices(pairs.data(), pairs.size());
@@ -49,6 +76,8 @@ public:
     }
 
     Array<double> residuals(Indices1 some, Rows values) const {
+        require_groups(some.data(), some.size(), groups_);
+        require_values(values, n_);
         const std::size_t fields = values.shape(0);
         std::vector<double> out(fields * n_);
         const auto u = indices(some.data(), some.size());
@@ -59,6 +88,7 @@ public:
     }
 
     Array<double> weights(Indices1 some) const {
+        require_groups(some.data(), some.size(), groups_);
         std::vector<double> out(some.size() * n_);
         const auto u = indices(some.data(), some.size());
         visit([&](const auto &one) { one.weights(u.data(), u.size(), out.data()); });
@@ -78,7 +108,7 @@ private:
         std::visit([&](const auto &one) { use(*one); }, kriging_);
     }
 
-    std::size_t n_;
+    std::size_t n_, groups_;
     std::vector<double> points_;
     std::variant<std::unique_ptr<LeftOutKriging<Matern7>>, std::unique_ptr<LeftOutKriging<Matern9>>,
                  std::unique_ptr<LeftOutKriging<Gaussian>>>
@@ -121,11 +151,24 @@ void bind_covariance(nb::module_ &m, const std::string &name) {
           "threads"_a, "The covariances (m, n) between points (m, d) `at` and points (n, d).");
 }
 
+// Terms at samples and over groups: as many as there are up to the highest degree
+void check_terms(const std::vector<std::size_t> &counts, Rows at_samples, Rows over_groups,
+                 const SampleGroups &groups) {
+    require(!counts.empty() && counts.front() > 0 && std::is_sorted(counts.begin(), counts.end()),
+            "terms: ascending numbers of terms, at least one, are needed");
+    require(at_samples.shape(0) == groups.samples() && at_samples.shape(1) == counts.back(),
+            "terms at the samples: their shape must be (samples, terms)");
+    require(over_groups.shape(0) >= groups.count() && over_groups.shape(1) == counts.back(),
+            "integrals of terms: a row of all terms for each group is needed");
+}
+
 void bind_left_out(nb::module_ &m) {
     nb::class_<SampleGroups>(m, "SampleGroups")
         .def(
             "__init__",
             [](SampleGroups *self, Indices1 group, std::size_t groups, Numbers1 own) {
+                require(group.size() == own.size(), "own: one number per sample is needed");
+                require_groups(group.data(), group.size(), groups);
                 new (self) SampleGroups;
                 self->members.resize(groups);
                 for (std::size_t i = 0; i < group.size(); ++i)
@@ -147,14 +190,20 @@ void bind_left_out(nb::module_ &m) {
         .def(
             "__init__",
             [](Predictions *self, const SampleGroups &groups, const std::string &correlation,
-               Points points, double length, double noise, Rows at_samples, Rows over_groups,
-               std::vector<std::size_t> terms, unsigned threads) {
-                new (self) Predictions(
-                    groups, correlation, points,
-                    {length, noise, at_samples.data(), over_groups.data(), terms}, threads);
+               Points points, double length, double noise, double largest_condition,
+               Rows at_samples, Rows over_groups, std::vector<std::size_t> terms,
+               unsigned threads) {
+                check_terms(terms, at_samples, over_groups, groups);
+                require(points.shape(0) == groups.samples() &&
+                            points.shape(1) == groups.axes.size(),
+                        "points: one row per sample and one column per axis are needed");
+                new (self) Predictions(groups, correlation, points,
+                                       {length, noise, largest_condition, at_samples.data(),
+                                        over_groups.data(), terms},
+                                       threads);
             },
-            "groups"_a, "correlation"_a, "points"_a, "length"_a, "noise"_a, "at_samples"_a,
-            "over_groups"_a, "terms"_a, "threads"_a, nb::keep_alive<1, 2>())
+            "groups"_a, "correlation"_a, "points"_a, "length"_a, "noise"_a, "largest_condition"_a,
+            "at_samples"_a, "over_groups"_a, "terms"_a, "threads"_a, nb::keep_alive<1, 2>())
         .def("squares", &Predictions::squares, "pairs"_a, "values"_a,
              "What predictions without two groups miss of values (fields, n), squared and added up "
              "over either: (fields, pairs, 2).")
@@ -178,8 +227,7 @@ void bind_global_fits(nb::module_ &m) {
         },
         "squares"_a, "pairs"_a, "groups"_a,
         "Sums (models, fields, groups) over the partners of each group of the squared errors "
-        "(models, "
-        "fields, pairs, 2) of pairs of groups that are left out together.");
+        "(models, fields, pairs, 2) of pairs of groups that are left out together.");
     m.def(
         "legendre_products",
         [](Points points, Pairs powers) {
@@ -190,13 +238,13 @@ void bind_global_fits(nb::module_ &m) {
         },
         "points"_a, "powers"_a,
         "Products of Legendre polynomials with degrees (terms, d), orthonormal in the mean over "
-        "the "
-        "unit box, at points (n, d): (n, terms).");
+        "the unit box, at points (n, d): (n, terms).");
     nb::class_<GlobalFits>(m, "GlobalFits")
         .def(
             "__init__",
             [](GlobalFits *self, const SampleGroups &groups, Rows terms, Rows integrals,
                std::vector<std::size_t> counts) {
+                check_terms(counts, terms, integrals, groups);
                 nb::gil_scoped_release release;
                 new (self) GlobalFits(groups, terms.data(), integrals.data(), std::move(counts));
             },
@@ -206,6 +254,8 @@ void bind_global_fits(nb::module_ &m) {
         .def(
             "squares",
             [](const GlobalFits &self, Pairs pairs, Rows values) {
+                require_pairs(pairs, self.groups());
+                require_values(values, self.samples());
                 const std::size_t count = pairs.shape(0), fields = values.shape(0);
                 std::vector<double> out(self.degrees() * fields * count * 2);
                 {
@@ -218,9 +268,15 @@ void bind_global_fits(nb::module_ &m) {
             "pairs"_a, "values"_a,
             "What fits without two groups miss of values (fields, n), squared and added up over "
             "either: (degrees, fields, pairs, 2).")
+        // These keep the factors without a group, so that calls of several threads must not
+        // overlap: they hold the GIL.
         .def(
             "residuals",
             [](GlobalFits &self, std::size_t degree, Indices1 some, Rows values) {
+                require(degree < self.degrees(),
+                        "degree: it must be less than the number of degrees");
+                require_groups(some.data(), some.size(), self.groups());
+                require_values(values, self.samples());
                 const std::size_t fields = values.shape(0), n = values.shape(1);
                 std::vector<double> out(fields * n);
                 const auto u = indices(some.data(), some.size());
@@ -232,6 +288,9 @@ void bind_global_fits(nb::module_ &m) {
         .def(
             "weights",
             [](GlobalFits &self, std::size_t degree, Indices1 some) {
+                require(degree < self.degrees(),
+                        "degree: it must be less than the number of degrees");
+                require_groups(some.data(), some.size(), self.groups());
                 const std::size_t n = self.samples();
                 std::vector<double> out(some.size() * n);
                 const auto u = indices(some.data(), some.size());

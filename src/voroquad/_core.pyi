@@ -231,6 +231,7 @@ class LeftOutKriging:
         ],
         length: float,
         noise: float,
+        largest_condition: float,
         at_samples: Annotated[
             NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
         ],

@@ -180,6 +180,30 @@ void check_kept_blocks() {
     KeptBlocks::give_back(other, bytes + 64);
     KeptBlocks::give_back(again, bytes);
     KeptBlocks::give_back(KeptBlocks::take(KeptBlocks::most + 64), KeptBlocks::most + 64);
+
+    // What is given back takes an empty place first: nothing else is freed.
+    std::vector<void *> blocks;
+    const auto size = [&](std::size_t i) { return 2 * bytes + 128 * i; };
+    for (std::size_t i = 0; i < KeptBlocks::count; ++i) blocks.push_back(KeptBlocks::take(size(i)));
+    for (std::size_t i = 0; i < KeptBlocks::count; ++i) KeptBlocks::give_back(blocks[i], size(i));
+    std::vector<void *> others;
+    for (std::size_t i = 5; i < 9; ++i) others.push_back(KeptBlocks::take(size(i)));
+    for (std::size_t i = 5; i < 9; ++i) KeptBlocks::give_back(others[i - 5], size(i + 20));
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < KeptBlocks::count; ++i) {
+        if (i >= 5 && i < 9) continue;
+        void *found = KeptBlocks::take(size(i));
+        kept += found == blocks[i];
+        ::operator delete(found, std::align_val_t{64});
+    }
+    require_equal(static_cast<double>(kept), KeptBlocks::count - 4.0, 0.0, "blocks that are kept");
+    bool refused = false;
+    try {
+        voroquad::detail::Kept<double>().allocate(~std::size_t{0} / 4);
+    } catch (const std::bad_array_new_length &) {
+        refused = true;
+    }
+    require_equal(refused, 1.0, 0.0, "more bytes than there are");
 }
 
 // Factors, inverses, condition numbers and elimination of a matrix that is known
@@ -218,6 +242,14 @@ void check_dense() {
             require_equal(eliminated(i, 1), -1.0, 1e-12, "the second solution by elimination");
         }
     }
+    bool refused = false;
+    Matrix right(2, 1);
+    try {
+        eliminate(Matrix(2, 2), 2, right);
+    } catch (const std::domain_error &) {
+        refused = true;
+    }
+    require_equal(refused, 1.0, 0.0, "a singular matrix");
     // A diagonal matrix, turned in the plane of its first and last axis
     Matrix a(5, 5);
     for (std::size_t i = 0; i < 5; ++i) a(i, i) = std::pow(100.0, static_cast<double>(i));

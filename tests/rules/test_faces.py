@@ -148,3 +148,14 @@ def test_intervals_of_replicates_hold_a_power():
         low, high = result.confidence_interval()
         held += low <= 1 / 0.55 <= high
     assert held >= 57
+
+
+@pytest.mark.parametrize("m", [4, 5])
+def test_slopes_have_the_median_of_numpy(m):
+    """NaN too, which the sampled values may hold."""
+    rng = np.random.default_rng(3)
+    t, f = np.sort(rng.random((3, m)), axis=0), rng.random((2, 3, m))
+    f[1, 2, 0] = np.nan
+    expected = np.median((f[:, 1:] - f[:, :-1]) / (t[1:] - t[:-1]), axis=2)
+    np.testing.assert_allclose(faces._median_slopes(t, f)[1], expected)
+    assert np.isnan(expected).sum() == 1

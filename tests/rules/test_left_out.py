@@ -9,13 +9,14 @@ import voroquad as vq
 from voroquad import _core
 from voroquad.designs.multi_jittered import period
 from voroquad.rules.groups import Groups
-from voroquad.rules.kriging import Kriging, Model, model, smooth_models
+from voroquad.rules.kriging import LARGEST_CONDITION, Kriging, Model, model, smooth_models
 from voroquad.rules.kriging_rules import strata_in_colours
 from voroquad.rules.polynomials import at_points, over_boxes, powers_up_to
 
 
-def of_lapack(points, assumed, groups, axes, pairs, f):
+def of_lapack(points, assumed, groups, axes, pairs, f, own=None):
     """What the core computes, by kriging of all samples, K⁻¹ and linear systems of NumPy."""
+    own = np.ones(len(points)) if own is None else own
     kriging = Kriging(points, assumed)
     solved = kriging.apply(f)
 
@@ -26,26 +27,28 @@ def of_lapack(points, assumed, groups, axes, pairs, f):
     members = [m[r > 0] for m, r in zip(groups.members, groups.real, strict=True)]
     squares = np.zeros((len(f), len(pairs), 2))
     for p, pair in enumerate(pairs):
-        found = missed(np.concatenate([members[c] for c in pair]), solved)
+        u = np.concatenate([members[c] for c in pair])
+        found = missed(u, solved) * own[u]
         parts = np.split(found, [len(members[pair[0]])], axis=1)
         squares[:, p] = np.stack([np.square(part).sum(axis=1) for part in parts], axis=1)
     residuals, y = np.zeros_like(f), np.zeros((len(members), len(points)))
     v = kriging.integrals(kriging.over_boxes(axes))
     for c, u in enumerate(members):
-        residuals[:, u] = missed(u, solved)
-        y[c, u] = missed(u, 1 - v[c])
+        residuals[:, u] = missed(u, solved) * own[u]
+        y[c, u] = missed(u, own - v[c])
     return squares, residuals, v + kriging.apply(y)
 
 
-def of_core(points, assumed, groups, axes, pairs, f, threads=1):
+def of_core(points, assumed, groups, axes, pairs, f, threads=1, own=None):
     n, d = points.shape
     powers = powers_up_to(assumed.degree, d)
-    known = _core.SampleGroups(groups.of_each, len(groups.members), np.ones(n))
+    known = _core.SampleGroups(groups.of_each, len(groups.members), np.ones(n) if own is None else own)
     for axis in axes:
         known.add_axis(axis.low, axis.high, axis.part, axis.parts)
     terms = [math.comb(p + d, d) for p in range(assumed.degree + 1)]
     kriging = _core.LeftOutKriging(
-        known, assumed.covariance.name, points, assumed.length, assumed.noise, at_points(points, powers),
+        known, assumed.covariance.name, points, assumed.length, assumed.noise, LARGEST_CONDITION,
+        at_points(points, powers),
         over_boxes(axes, powers), terms, threads,
     )  # fmt: skip
     every = np.arange(len(groups.members))
@@ -70,6 +73,15 @@ def test_squares_residuals_and_weights_are_those_of_the_formulas(n, d):
     found, expected = of_core(x, assumed, *rest), of_lapack(x, assumed, *rest)
     for a, b in zip(found, expected, strict=True):
         np.testing.assert_allclose(a, b, rtol=0, atol=(1e-12 if d == 4 else 1e-10) * abs(b).max())
+
+
+def test_samples_of_a_margin_are_known_and_not_predicted():
+    x, *rest = case(100, 2, 7)
+    own = 1.0 * (x[:, 0] < 0.6)
+    found, expected = (of(x, model(100, 2), *rest, own=own) for of in (of_core, of_lapack))
+    assert (found[1][:, own == 0] == 0).all()
+    for a, b in zip(found, expected, strict=True):
+        np.testing.assert_allclose(a, b, rtol=0, atol=1e-10 * abs(b).max())
 
 
 @pytest.mark.parametrize("name", ["smooth kriging", "analytic kriging"])
@@ -130,6 +142,25 @@ def test_a_coordinate_that_is_not_finite_is_an_error(noise):
     x[5, 1] = np.nan
     with pytest.raises(ValueError, match="covariance of points is not finite"):
         of_core(x, Model(1, 0.5, noise), *rest)
+
+
+def test_what_does_not_fit_the_samples_is_an_error():
+    x, groups, axes, pairs, f = case(36, 2, 6)
+    assumed = model(36, 2)
+    for wrong in (f[:, 1:], np.ascontiguousarray(f.T)):
+        with pytest.raises(ValueError, match="values: their shape"):
+            of_core(x, assumed, groups, axes, pairs, wrong)
+    with pytest.raises(ValueError, match="pairs: their shape"):
+        of_core(x, assumed, groups, axes, np.zeros((2, 3), dtype=np.intp), f)
+    for number in (-1, 9):
+        with pytest.raises(ValueError, match="group: numbers"):
+            of_core(x, assumed, groups, axes, np.array([[0, number]]), f)
+    with pytest.raises(ValueError, match="one number per sample"):
+        of_core(x, assumed, groups, axes, pairs, f, own=np.ones(35))
+    with pytest.raises(ValueError, match="points: one row"):
+        _core.LeftOutKriging(
+            groups.in_core, "matern7", x, 0.5, 1e-4, 2e3, np.ones((36, 1)), np.ones((9, 1)), [1], 1
+        )  # fmt: skip
 
 
 def test_products_of_polynomials_are_orthonormal():

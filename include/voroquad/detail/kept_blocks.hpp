@@ -3,9 +3,11 @@
 
 #include <array>
 #include <cstddef>
+#include <limits>
 #include <new>
 #include <utility>
 
+#include <voroquad/detail/fail.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/memory.hpp>
 
@@ -16,7 +18,8 @@ namespace VOROQUAD::detail {
 // does.
 class KeptBlocks {
 public:
-    // What is kept: blocks of at least and at most so many bytes, and at most so many of them
+    // What is kept: blocks of at least and at most so many bytes, and at most so many of them,
+    // which makes 24 MiB per thread
     static constexpr std::size_t least = std::size_t{1} << 15, most = std::size_t{1} << 21,
                                  count = 12;
 
@@ -43,9 +46,9 @@ public:
             return LargePages<std::byte>().deallocate(static_cast<std::byte *>(memory), bytes);
         if (bytes >= least && !gone()) {
             KeptBlocks &kept = here();
-            kept.next_ = (kept.next_ + 1) % count; // in place of the oldest
-            std::swap(memory, kept.blocks_[kept.next_].memory);
-            kept.blocks_[kept.next_].bytes = bytes;
+            Block &place = kept.place();
+            std::swap(memory, place.memory);
+            place.bytes = bytes;
         }
         ::operator delete(memory, alignment);
     }
@@ -56,6 +59,14 @@ private:
         std::size_t bytes = 0;
     };
     static constexpr std::align_val_t alignment{64};
+
+    // One that is empty, else each in turn
+    Block &place() {
+        for (Block &block : blocks_)
+            if (!block.memory) return block;
+        next_ = (next_ + 1) % count;
+        return blocks_[next_];
+    }
 
     // Objects that outlive those of their thread free their memory at once.
     static bool &gone() {
@@ -78,7 +89,11 @@ struct Kept {
     Kept() = default;
     template <class U>
     Kept(const Kept<U> &) {}
-    T *allocate(std::size_t n) { return static_cast<T *>(KeptBlocks::take(n * sizeof(T))); }
+    T *allocate(std::size_t n) {
+        if (n > std::numeric_limits<std::size_t>::max() / sizeof(T))
+            VOROQUAD_FAIL(std::bad_array_new_length());
+        return static_cast<T *>(KeptBlocks::take(n * sizeof(T)));
+    }
     void deallocate(T *p, std::size_t n) { KeptBlocks::give_back(p, n * sizeof(T)); }
     bool operator==(const Kept &) const { return true; }
 };

@@ -116,7 +116,8 @@ def _median_slopes(t: Array, f: Array) -> tuple[Array, Array]:
     places = np.exp(np.log((t[1:] + t[:-1]) / 2).mean(axis=1))
     slopes = np.sort((f[:, 1:] - f[:, :-1]) / (t[1:] - t[:-1]), axis=2)
     middle = slopes.shape[2] // 2
-    return places, (slopes[..., middle] + slopes[..., ~middle]) / 2
+    medians = (slopes[..., middle] + slopes[..., ~middle]) / 2
+    return places, np.where(np.isnan(slopes[..., -1]), np.nan, medians)  # NaN are sorted last
 
 
 def _amount(slopes: Array, place: float, beta: Array) -> Array:

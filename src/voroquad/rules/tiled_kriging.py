@@ -20,7 +20,7 @@ from .. import _core
 from .._support.arrays import Array, Indices
 from . import polynomials
 from .groups import Groups
-from .kriging import Model, model
+from .kriging import LARGEST_CONDITION, Model, model
 from .kriging_rules import strata_in_colours
 from .polynomials import Intervals
 
@@ -144,7 +144,7 @@ class TiledKriging:
         own = tile_model(self._assumed, n, d)
         powers = polynomials.powers_up_to(own.degree, d)
         return _core.LeftOutKriging(
-            tile.in_core, own.covariance.name, points, own.length, own.noise,
+            tile.in_core, own.covariance.name, points, own.length, own.noise, LARGEST_CONDITION,
             polynomials.at_points(points, powers), polynomials.over_boxes(tile.axes, powers),
             [math.comb(p + d, d) for p in range(own.degree + 1)], self._threads,
         )  # fmt: skip

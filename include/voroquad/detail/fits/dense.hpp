@@ -8,9 +8,11 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <stdexcept>
 #include <utility>
 #include <vector>
 
+#include <voroquad/detail/fail.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/kept_blocks.hpp>
 #include <voroquad/detail/simd.hpp>
@@ -81,7 +83,7 @@ void add_to_tile(Matrix &c, std::size_t i, std::size_t j, Left l, const Matrix &
         for (std::size_t v = 0; v < V; ++v) store(c.row(i + p) + j + v * width, sum[p][v]);
 }
 
-// The same in 8 rows and columns `begin` to `end_column`; rows of L begin at `l`.
+// The same in largest_width rows and columns `begin` to `end_column`; rows of L begin at `l`.
 template <int sign>
 void add_to_rows(Matrix &c, std::size_t i, std::size_t begin, std::size_t end_column, Left l,
                  const Matrix &r, std::size_t first, std::size_t end) {
@@ -217,14 +219,20 @@ private:
     std::size_t known_ = 0;
 };
 
-// A⁻¹ R in place of R, by elimination with partial pivoting: A (n, n) need not be definite.
+// A⁻¹ R in place of R, by elimination with partial pivoting: A (n, n) need not be definite. A
+// singular one is an error.
 inline void eliminate(Matrix a, std::size_t n, Matrix &r) {
     for (std::size_t p = 0; p < n; ++p) {
         std::size_t best = p;
         for (std::size_t i = p + 1; i < n; ++i)
             if (std::abs(a(i, p)) > std::abs(a(best, p))) best = i;
-        std::swap_ranges(a.row(p), a.row(p) + n, a.row(best));
-        if (best != p) std::swap_ranges(r.row(p), r.row(p) + r.columns(), r.row(best));
+        if (!(std::abs(a(best, p)) > 0))
+            VOROQUAD_FAIL(
+                std::domain_error("voroquad: a matrix is singular; are points distinct?"));
+        if (best != p) { // ranges must not overlap
+            std::swap_ranges(a.row(p), a.row(p) + n, a.row(best));
+            std::swap_ranges(r.row(p), r.row(p) + r.columns(), r.row(best));
+        }
         for (std::size_t i = 0; i < n; ++i) {
             if (i == p) continue;
             const double factor = a(i, p) / a(p, p);

@@ -93,6 +93,7 @@ public:
     bool independent() const { return independent_; }
     std::size_t degrees() const { return counts_.size(); }
     std::size_t samples() const { return n_; }
+    std::size_t groups() const { return groups_.count(); }
 
     // What fits without two groups miss of values (fields, n), squared and added up over either:
     // (degrees, fields, pairs, 2), for pairs (pairs, 2). Infinity where the other samples do not

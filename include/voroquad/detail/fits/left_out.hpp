@@ -29,6 +29,7 @@ namespace VOROQUAD::detail {
 // terms), and their integrals over the distributions of the groups (groups, terms).
 struct AssumedProcess {
     double length, noise;
+    double largest_condition; // of L, at which a degree of the drift is kept
     const double *at_samples, *over_groups;
     std::vector<std::size_t> terms; // of each degree of the drift, from 0 on
 };
@@ -36,10 +37,6 @@ struct AssumedProcess {
 template <class Correlation>
 class LeftOutKriging {
 public:
-    // Largest condition number of L at which a degree of the drift is kept: LARGEST_CONDITION of
-    // voroquad.rules.kriging
-    static constexpr double largest_condition = 2e3;
-
     // Points are (n, d). They and the groups stay where they are.
     LeftOutKriging(const SampleGroups &groups, const double *points, const AssumedProcess &assumed,
                    unsigned threads = 1)
@@ -140,8 +137,9 @@ private:
         factor_.back(solved);
         const Cholesky all(products, highest_);
         std::size_t degree = assumed.terms.size() - 1;
-        while (degree > 0 && (all.known() < assumed.terms[degree] ||
-                              !well_conditioned(all, assumed.terms[degree], largest_condition)))
+        while (degree > 0 &&
+               (all.known() < assumed.terms[degree] ||
+                !well_conditioned(all, assumed.terms[degree], assumed.largest_condition)))
             --degree;
         terms_ = assumed.terms[degree];
         const Cholesky root(std::move(products), terms_);
