@@ -159,9 +159,15 @@ public:
             const auto &members = groups_.members[some[g]];
             Matrix solved(terms_, 1);
             for (std::size_t k = 0; k < counts_[degree]; ++k) {
-                solved(k, 0) = over_groups_(some[g], k);
-                for (std::size_t i = 0; i < members.size(); ++i)
-                    solved(k, 0) -= by_group_[some[g]](i, k);
+                // Compensated (Kahan): of a constant all summands round alike, and the weights
+                // would not sum to 1
+                double sum = over_groups_(some[g], k), lost = 0;
+                for (std::size_t i = 0; i < members.size(); ++i) {
+                    const double term = -by_group_[some[g]](i, k) - lost, next = sum + term;
+                    lost = (next - sum) - term;
+                    sum = next;
+                }
+                solved(k, 0) = sum;
             }
             solve_alone(some[g], degree, solved);
             for (std::size_t i = 0; i < n_; ++i) {
