@@ -242,6 +242,21 @@ def run_of(func, d: int, n: int) -> replicates._Replicates:
     return replicates._Replicates(integrand, sizes, rule._grid(sizes), rule.rng, 1)
 
 
+def test_grid_and_replicates_may_have_other_units():
+    """The largest of the nodes is 0.96, and that of the samples 1.1, so that they are scaled by other powers of two."""
+
+    def quartic(x):
+        return 1.1 * x[0] ** 4
+
+    run = run_of(quartic, 4, 6000)
+    _, _, power = run._evaluated()
+    assert np.frexp(np.abs(run.grid).max())[1] == 0
+    assert power.tolist() == [1]
+    r = vq.quad(quartic, [0] * 4, [1] * 4, n_points=6000, method="polynomials", rng=1)
+    assert r.rule.startswith("polynomials")
+    assert r.integral == pytest.approx(0.22, abs=1e-14)
+
+
 @pytest.mark.parametrize(("d", "n"), [(3, 1024), (3, 1792), (4, 6000)])
 def test_neither_fit_nor_choice_knows_the_replicate(d, n):
     """Whatever its values are, its correction keeps every bit, and that of others changes."""

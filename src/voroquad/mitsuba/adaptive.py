@@ -57,7 +57,8 @@ class Adaptive(Plain):
        - |string|
        - ``absolute``: samples go where they reduce the mean squared error most. ``relative``: where they reduce most
          that of the error over the brightness around the pixel, so that dark parts have their share. ``balanced``: in
-         between, where errors are seen. ``off``: all pixels have the same number. (Default: ``off``)
+         between; it weighs errors about as the eye sees them. ``off``: all pixels have the same number. (Default:
+         ``off``)
      * - at_least
        - |int|
        - Samples of the pilot, which each pixel has at least: a power of two. Few of them do not tell the noise.
