@@ -163,8 +163,7 @@ class Learner:
     def adapts(self, u: Array, values: Array) -> bool:
         """Whether to adapt where the first values are (fields, n) at u (d, n): to what is concentrated or has powers
         at the faces, in each component that is not 0."""
-        singular = has_end_powers(u, values)
-        return self.always or self.concentrated(concentration(values[~singular]))
+        return self.always or self.concentrated(concentration(values[~has_end_powers(u, values)]))
 
     @property
     def has_gradients(self) -> bool:
