@@ -128,6 +128,8 @@ def ladder(rule: Rule, f: KnownIntegrand, longest: float, replicates: int) -> li
                 value = rule(f, n, np.random.default_rng([n, seed]))
                 times.append(time.process_time() - begin)
                 errors.append(((value - f.integral) / scale) ** 2)
+                if times[0] > longest:
+                    break
         except (ValueError, ZeroDivisionError, IndexError):  # too few points for this rule
             if n >= 2**12:
                 break
