@@ -12,6 +12,7 @@ from voroquad.rules.groups import Groups
 from voroquad.rules.kriging import LARGEST_CONDITION, Kriging, Model, model, smooth_models
 from voroquad.rules.kriging_rules import strata_in_colours
 from voroquad.rules.polynomials import at_points, over_boxes, powers_up_to
+from voroquad.rules.tiled_kriging import tile_model
 
 
 def of_lapack(points, assumed, groups, axes, pairs, f, own=None):
@@ -168,3 +169,20 @@ def test_products_of_polynomials_are_orthonormal():
     grid = np.stack(np.meshgrid((t + 1) / 2, (t + 1) / 2, indexing="ij"), axis=-1).reshape(-1, 2)
     terms = _core.legendre_products(grid, powers_up_to(7, 2))
     np.testing.assert_allclose((terms.T * np.outer(w, w).ravel() / 4) @ terms, np.eye(36), atol=1e-13)
+
+
+@pytest.mark.parametrize(("n", "d"), [(12, 2), (49, 2), (121, 2), (16, 3), (64, 3), (24, 4), (54, 4)])
+def test_sets_of_quad_need_no_fallback(n, d):
+    """K is definite and the drift is determined, so that no decision depends on where a sample lies."""
+    for points in vq.sample("multi-jittered", n, d, sets=30, rng=3).points:
+        for assumed in (model(n, d), *smooth_models(n).values()):
+            assumed = tile_model(assumed, n, d)
+            assert not Kriging(points, assumed).lowered
+            covariances = assumed.covariance.matrix(points, assumed.length, 1)
+            np.linalg.cholesky(np.tril(covariances) + np.tril(covariances, -1).T + assumed.noise * np.eye(n))
+
+
+def test_coinciding_samples_need_a_lower_drift():
+    """What the test above would see."""
+    points = np.repeat(vq.sample("uniform", 5, 2, rng=3).points, 24, axis=0)
+    assert Kriging(points, model(120, 2)).lowered

@@ -74,7 +74,10 @@ class Box:
         """Points x (d, n) inside the box and the volume element (n,), with the sign of swapped limits, at u (d, n)."""
         a, b = self.a[:, None], self.b[:, None]
         if self._volume is not None:
-            return inside(a + (b - a) * within(u), a, b, self._library), np.full(u.shape[1], self._volume)
+            x = within(u)
+            x *= b - a
+            x += a
+            return inside(x, a, b, self._library), np.full(u.shape[1], self._volume)
         x, jacobian = interval(u, a, b, self._loc[:, None], self._scale[:, None])
         return inside(x, a, b, self._library), self.sign * np.prod(jacobian, axis=0)
 
@@ -182,11 +185,14 @@ def within(u: Array) -> Array:
 
 
 def inside(x: Array, a: Array, b: Array, library: Library) -> Array:
-    """Points x in the library's precision. Points that rounding puts on or beyond a limit are moved inside."""
+    """Points x in the library's precision. Points that rounding puts on or beyond a limit are moved inside.
+
+    The array x may be overwritten.
+    """
     precision = library.precision()
     with np.errstate(over="ignore"):
-        low, high, x = (limits.astype(precision) for limits in (a, b, x))
-    return np.clip(x, np.nextafter(low, high), np.nextafter(high, low))
+        low, high, x = (limits.astype(precision, copy=False) for limits in (a, b, x))
+    return np.clip(x, np.nextafter(low, high), np.nextafter(high, low), out=x)
 
 
 def limits(name: str, given: Any) -> Array:

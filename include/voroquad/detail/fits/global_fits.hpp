@@ -3,12 +3,8 @@
 //
 // With the terms in the order of their degree, a lower degree has the first columns of a basis and
 // the leading block of a Cholesky factor: one factorisation without some samples serves all
-// degrees. In a basis Q of the polynomials that is nearly orthonormal over all samples, the fit
-// without the samples u has the coefficients
-//
-//     β = S⁻¹ Σ Q_cᵀ f_c ,   S = Qᵀ Q − Q_uᵀ Q_u ,                        (docs/theory.md, (31))
-//
-// where c are the groups that stay.
+// degrees. The coefficients of a fit without some samples are those of docs/theory.md, (31), in a
+// basis Q of the polynomials that is nearly orthonormal over all samples.
 #pragma once
 
 #include <algorithm>
