@@ -53,6 +53,8 @@ SITE = """\
 import sys
 sys.meta_path[:] = [f for f in sys.meta_path if "editable" not in type(f).__module__.lower()]
 """
+#: The modules that are compiled
+CORE = ("_core_baseline", "_core_levels")
 #: The core of the other levels of x86-64: where tests compare levels, a mutation is in all of them
 SAME_CORE = """\
 import sys
@@ -163,10 +165,11 @@ class Copy:
 
     def borrow_core(self) -> None:
         """Take the compiled core that is installed."""
-        found = importlib.util.find_spec("voroquad._core_baseline")
-        if found is None or found.origin is None:
-            raise Unusable("voroquad is not installed: run make install")
-        shutil.copy2(found.origin, self.tree / "src" / "voroquad")
+        for module in CORE:
+            found = importlib.util.find_spec(f"voroquad.{module}")
+            if found is None or found.origin is None:
+                raise Unusable("voroquad is not installed: run make install")
+            shutil.copy2(found.origin, self.tree / "src" / "voroquad")
 
     def build_core(self) -> None:
         """Compile what has changed."""
@@ -181,8 +184,8 @@ class Copy:
             options += [f"-Dnanobind_DIR={nanobind.cmake_dir()}", f"-DPython_EXECUTABLE={sys.executable}"]
             options += [f"-DCMAKE_CXX_COMPILER_LAUNCHER={ccache}"] if ccache else []
             self._run([cmake, "-S", str(self.tree), "-B", str(self._build), *options])
-        self._run([cmake, "--build", str(self._build), "--target", "_core_baseline"])
-        for module in self._build.glob("_core_baseline*"):
+        self._run([cmake, "--build", str(self._build), "--target", *CORE])
+        for module in self._build.glob("_core_*"):
             if module.suffix in (".so", ".pyd"):
                 shutil.copy2(module, self.tree / "src" / "voroquad")
 

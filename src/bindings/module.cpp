@@ -1,9 +1,5 @@
 // voroquad._core_…: each part of the core binds itself.
 #include <nanobind/nanobind.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/vector.h>
-
-#include "processor_levels.hpp"
 
 void bind_cells(nanobind::module_ &m);
 void bind_bias(nanobind::module_ &m);
@@ -15,7 +11,6 @@ void bind_legendre_terms(nanobind::module_ &m);
 
 #define VOROQUAD_BIND(name, m) NB_MODULE(name, m) // expands the name first
 VOROQUAD_BIND(VOROQUAD_MODULE, m) {
-    m.def("processor_levels", &processor_levels);
     bind_cells(m);
     bind_bias(m);
     bind_boundary_control(m);

@@ -1,34 +1,48 @@
 """The compiled core, in the version that suits this processor.
 
 The environment variable VOROQUAD_PROCESSOR asks for another: "baseline", "v3" or "v4", the levels
-of x86-64. All give the same bits. An installation from source has the baseline and the best level of
-the machine that built it; a wheel has all.
+of x86-64. All give the same bits. An installation from source has the best level of the machine that
+built it; a wheel has all.
 """
 
 from __future__ import annotations
 
 import importlib
 import os
+from collections.abc import Sequence
 from importlib.util import find_spec
 from types import ModuleType
 from typing import Any
 
 
+def processor_levels() -> list[str]:
+    """The levels that this processor has, the best first."""
+    levels: list[str] = importlib.import_module("voroquad._core_levels").processor_levels()
+    return levels
+
+
 def installed_levels() -> list[str]:
     """The levels that this processor has and this installation was built with, the best first."""
-    levels: list[str] = importlib.import_module("voroquad._core_baseline").processor_levels()
-    return [level for level in levels if find_spec(f"voroquad._core_{level}")]
+    return [level for level in processor_levels() if find_spec(f"voroquad._core_{level}")]
 
 
-def _choose() -> ModuleType:
-    levels = installed_levels()
-    level = os.environ.get("VOROQUAD_PROCESSOR", levels[0])
-    if level not in levels:
-        raise ImportError(f"VOROQUAD_PROCESSOR is {level!r}; here are {', '.join(levels)}")
+def choose_level(levels: Sequence[str], asked: str | None) -> str:
+    """The level asked for, else the best of those that are installed and that this processor has."""
+    if not levels:
+        raise ImportError(
+            "voroquad was built on a newer processor than this one; install it with a core for each: "
+            "pip install -C cmake.define.VOROQUAD_LEVELS=all ."
+        )
+    if asked is not None and asked not in levels:
+        raise ImportError(f"VOROQUAD_PROCESSOR is {asked!r}; here are {', '.join(levels)}")
+    return asked or levels[0]
+
+
+def _load(level: str) -> ModuleType:
     return importlib.import_module(f"voroquad._core_{level}")
 
 
-_chosen = _choose()
+_chosen = _load(choose_level(installed_levels(), os.environ.get("VOROQUAD_PROCESSOR")))
 
 
 def __getattr__(name: str) -> Any:

@@ -60,6 +60,13 @@ def test_an_unknown_version_of_the_core_is_refused():
     assert "VOROQUAD_PROCESSOR is 'v9'; here are " in failed.stderr
 
 
+def test_an_older_processor_than_the_one_of_the_build_is_told_how_to_install():
+    assert _core.choose_level(["v3", "baseline"], None) == "v3"
+    assert _core.choose_level(["v3", "baseline"], "baseline") == "baseline"
+    with pytest.raises(ImportError, match=r"newer processor than this one; .*VOROQUAD_LEVELS=all"):
+        _core.choose_level([], None)
+
+
 @pytest.mark.parametrize("d", [1, 2, 3])
 def test_batch_equals_its_sets(d):
     sets = np.random.default_rng(4).random((20, 33, d))

@@ -42,7 +42,7 @@ def get_cmake_dir() -> str:
 
 def _installed(name: str) -> Path:
     """A directory that CMake installed beside the compiled core, in an editable installation too."""
-    core = find_spec("voroquad._core_baseline")
+    core = find_spec("voroquad._core_levels")
     assert core is not None
     assert core.origin is not None
     return Path(core.origin).resolve().parent / name
