@@ -3,7 +3,7 @@
     python benchmarks/order0_rules.py
 
 writes benchmarks/results/order0_rules.csv. Control neighbours (Leluc, Portier, Segers and Zhuman,
-Bernoulli 2024) is a comparator, written in peer_rules.py from its formula.
+Bernoulli 2025) is a comparator, written in peer_rules.py from its formula.
 """
 
 from __future__ import annotations

@@ -23,9 +23,9 @@ def control_neighbours(points: Floats) -> Floats:
     """Weights (n,) of Î = (1/n) Σ_i [ f_i − f̂^(−i)(x_i) + ∫ f̂^(−i) ], f̂ the nearest sample's value.
 
     R. Leluc, F. Portier, J. Segers and A. Zhuman, "Speeding up Monte Carlo integration: control neighbors for
-    optimal convergence", Bernoulli 2024. Without x_i its cell goes to the second nearest samples. Cells are exact
-    up to three dimensions; the regions of second nearest samples, which enter with 1/n only, and all cells above,
-    are counted with 2^16 probes.
+    optimal convergence", Bernoulli 31(2), 2025. Without x_i its cell goes to the second nearest samples. Cells are
+    exact up to three dimensions; the regions of second nearest samples, which enter with 1/n only, and all cells
+    above, are counted with 2^16 probes.
     """
     n, d = points.shape
     tree = cKDTree(points)
