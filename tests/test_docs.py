@@ -4,6 +4,7 @@ import csv
 import re
 import subprocess
 import sys
+from decimal import Decimal
 from pathlib import Path
 
 import pytest
@@ -75,12 +76,42 @@ def test_tables_hold_the_committed_numbers():
     assert (done.returncode, done.stderr) == (0, "")
 
 
-@pytest.mark.parametrize("page", ["README.md", "docs/tutorial.md"])
-def test_programs_of_a_page_run(page, capsys):
+def numbers(text):
+    """The numbers of a text; of 3.14(2) the first."""
+    return re.findall(r"-?\d+\.?\d*(?:e-?\d+)?", re.sub(r"\(\d+\)", "", text))
+
+
+def differences(program):
+    """Where a program prints other numbers than the comment of the line says, up to a semicolon."""
+    lines, printed = program.splitlines(), {}
+    told = {k: re.match(r" *print\(.*\)  # ([^;]*)", line) for k, line in enumerate(lines, 1)}
+    told = {k: comment[1] for k, comment in told.items() if comment}
+
+    def record(*values):
+        printed.setdefault(sys._getframe(1).f_lineno, []).append(" ".join(map(str, values)))
+
+    exec(program, {"print": record})
+    for k, comment in told.items():
+        expected, found = numbers(comment), numbers(" ".join(printed[k]))
+        places = [Decimal(e).as_tuple().exponent for e in expected]
+        close = [
+            abs(Decimal(f) - Decimal(e)) <= Decimal(1).scaleb(p)
+            for e, f, p in zip(expected, found, places, strict=False)
+        ]
+        if len(found) != len(expected) or not all(close):
+            yield lines[k - 1], printed[k]
+
+
+@pytest.mark.parametrize("page", ["README.md", "docs/index.md", "docs/tutorial.md"])
+def test_programs_of_a_page_print_what_it_says(page):
     text = (ROOT / page).read_text(encoding="utf-8")
     blocks = [b for b in re.findall(r"```python\n(.*?)```", text, re.DOTALL) if "scene.xml" not in b]
-    assert len(blocks) >= 2
-    exec("\n".join(blocks), {})
+    assert list(differences("\n".join(blocks))) == []
+
+
+def test_a_program_that_prints_something_else_is_found():
+    assert list(differences("print(2 / 3, 1)  # 0.66 1, an example; 17\nprint(1e-9)  # 1.0e-9")) == []
+    assert len(list(differences("print(2 / 3)  # 0.64\nprint(1)  # 1 2\nprint(1e-9)  # 1.2e-9"))) == 3
 
 
 def test_the_table_of_coverage_leaves_no_size_out():
