@@ -18,18 +18,31 @@ import mitsuba as mi
 import numpy as np
 
 from voroquad.mitsuba import generators
-from voroquad.mitsuba.generators import BITS, BYTE
+from voroquad.mitsuba.generators import BITS, JOINT
 
 NAMES = ("zsobol", "owen-sobol")
+#: Bits of an index that one look-up in the tables takes
+BYTE = 8
+
+
+def byte_tables() -> generators.Columns:
+    """Entry 1024 d + 256 j + v is coordinate d, bits in reverse order, where bits 8j to 8j + 7 of an index are v's."""
+    columns = generators.joe_kuo(JOINT["joe-kuo"])
+    values = np.arange(1 << BYTE)
+    tables = np.zeros((len(columns), BITS // BYTE, 1 << BYTE), np.uint32)
+    for k in range(BITS):
+        reversed_ = generators._reversed_bits(columns[:, k])[:, None]
+        tables[:, k // BYTE] ^= np.where(values >> (BYTE - 1 - k % BYTE) & 1, reversed_, np.uint32(0))
+    return tables.ravel()
 
 
 def register() -> None:
     """Register both in the current variant."""
     from voroquad.mitsuba import owen_sobol
-    from voroquad.mitsuba.scrambles import combine, morton, nested_scramble, nested_shuffle_of_fours
+    from voroquad.mitsuba.scrambles import combine, morton, nested_shuffle_of_fours
 
     class Comparator(owen_sobol.OwenSobol):
-        """Draws its numbers from the tables of Sobol' sequences without crossing."""
+        """Has the pixels of `owensobol`, and the coordinates of Sobol' sequences."""
 
         name = ""
         one_period = False  # wavelengths as Mitsuba draws them
@@ -48,9 +61,8 @@ def register() -> None:
         fork = clone
 
         def _begin(self) -> None:
-            self.cross(1)  # which leaves the matrices as they are
-            self._kind, self.order = "joe-kuo", "none"
-            super()._begin()
+            self.table = mi.UInt32(byte_tables())
+            self.dimension = mi.UInt32(0)
             pixel, self.number, self.bits = self._samples()
             self.row = pixel // self._window.width
             self.column = pixel - self.row * self._window.width
@@ -63,7 +75,7 @@ def register() -> None:
             for place in range(BITS // BYTE):
                 of_place = (reverse >> BITS - BYTE * (place + 1)) & ((1 << BYTE) - 1)
                 entry = dimension * (BITS // BYTE << BYTE) + (place << BYTE) + of_place
-                found ^= dr.gather(mi.UInt32, self._tables, entry)
+                found ^= dr.gather(mi.UInt32, self.table, entry)
             return found
 
     class ZSobol(Comparator):
@@ -75,7 +87,7 @@ def register() -> None:
             index = nested_shuffle_of_fours(code, self.side + self.bits // 2, combine(first, self.key))
             keys = [combine(first + k, self.key ^ 0x68E31DA4) for k in range(count)]
             return [
-                owen_sobol._unit(dr.brev(nested_scramble(self.digits(index, mi.UInt32(k)), key)))
+                owen_sobol._unit(dr.brev(owen_scramble(self.digits(index, mi.UInt32(k)), key)))
                 for k, key in enumerate(keys)
             ]
 
@@ -110,12 +122,24 @@ def register() -> None:
 
         def _own(self, dimension: mi.UInt32) -> mi.Float:
             digits = self.digits(self.index, dimension % 256)
-            scrambled = owen_sobol._unit(dr.brev(nested_scramble(digits, combine(dimension, self.key))))
+            scrambled = owen_sobol._unit(dr.brev(owen_scramble(digits, combine(dimension, self.key))))
             in_pixel = owen_sobol._unit(dr.brev(digits) << self.side)
             return dr.select(dimension < 2, in_pixel, scrambled)
 
     mi.register_sampler("zsobol", ZSobol)
     mi.register_sampler("owen-sobol", GlobalSobol)
+
+
+def owen_scramble(reversed_bits: mi.UInt32, key: mi.UInt32) -> mi.UInt32:
+    """Owen's nested scrambling of numbers whose bits are in reverse order, as pbrt's `FastOwenScrambler` has it.
+
+    S. Laine and T. Karras, "Stratified sampling for stochastic transparency" (2011), with N. Vegdahl's constants.
+    """
+    x = reversed_bits
+    x = x ^ x * 0x3D20ADEA
+    x = (x + key) * ((key >> 16) | 1)
+    x = x ^ x * 0x05526C56
+    return x ^ x * 0x53A22864
 
 
 def _bit(number: mi.UInt32, k: int) -> mi.UInt32:

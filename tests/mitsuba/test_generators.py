@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from voroquad.mitsuba.generators import BITS, JOINT, byte_tables, crossed, joe_kuo, sz, upper_digits
+from voroquad.mitsuba.generators import BITS, HALF, JOINT, crossed, joe_kuo, pair_tables, sz, upper_digits
 
 SOBOL = JOINT["joe-kuo"]
 
@@ -87,13 +87,23 @@ def test_pairs_that_are_no_nets_stay_as_they_are():
     np.testing.assert_array_equal(crossed(pair, 6), pair)
 
 
+@pytest.mark.parametrize("index_bits", [0, 5, 12, 17, 32])
 @pytest.mark.parametrize(("kind", "columns"), [("joe-kuo", joe_kuo(SOBOL)), ("sz", sz())])
-def test_tables_give_the_same_coordinates(kind, columns):
-    tables = byte_tables(kind, 6).reshape(JOINT[kind], 4, 256)
-    indices = np.array([0, 1, 0x12345678, 0xFFFFFFFF, 0x80000000], np.uint64)
-    found = np.zeros((JOINT[kind], len(indices)), np.uint64)
-    for place in range(4):
-        read = (indices >> np.uint64(8 * place) & np.uint64(255)).astype(int)
-        found ^= tables[:, place, [int(f"{value:08b}"[::-1], 2) for value in read]]
-    for row, expected in zip(found, numbers(crossed(columns, 6), indices), strict=True):
-        assert [int(f"{x:032b}"[::-1], 2) for x in row] == expected.tolist()
+def test_tables_give_the_same_coordinates(kind, columns, index_bits):
+    """As many of their digits as an index has, or more."""
+    tables = pair_tables(kind, 6, index_bits)
+    entries = tables.entries.reshape(JOINT[kind] // 2, tables.words, tables.parts, 1 << tables.part_bits)
+    indices = np.array([0, 1, 0x12345678, 0xFFFFFFFF, 0x80000000], np.uint64) & np.uint64((1 << index_bits) - 1)
+    digits = HALF * tables.words
+    assert index_bits <= digits <= BITS
+    expected = numbers(crossed(columns, 6), indices).astype(np.uint64) >> np.uint64(BITS - digits)
+    for point, index in enumerate(indices.tolist()):
+        words = np.zeros((JOINT[kind] // 2, tables.words), np.uint64)
+        for part in range(tables.parts):
+            read = index >> part * tables.part_bits & (1 << tables.part_bits) - 1
+            words ^= entries[:, :, part, int(f"{read:0{tables.part_bits}b}"[::-1], 2)]
+        for axis in (0, 1):
+            halves = (words >> np.uint64(HALF * axis)) & np.uint64((1 << HALF) - 1)
+            found = ["".join(f"{int(half):0{HALF}b}"[::-1] for half in pair) for pair in halves]
+            wanted = [f"{int(x):0{digits}b}" if digits else "" for x in expected[axis::2, point]]
+            assert found == wanted

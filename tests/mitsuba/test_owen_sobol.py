@@ -266,7 +266,7 @@ def z_score(a, b):
 @pytest.mark.parametrize("integrator", INTEGRATORS)
 def test_renders_have_the_mean_of_independent_samples(integrator):
     truth = levels(box(integrator, {"type": "independent"}), 512, range(32))
-    own = levels(box(integrator, OWN), 16, range(32))
+    own = levels(box(integrator, OWN), 16, range(64))
     # A t of some 32 degrees of freedom; a few per cent of light too much would show
     assert abs(z_score(own, truth)) < 5.5
     assert abs(z_score(own * {"ptracer": 1.25, "prb_basic": 1.3}.get(integrator, 1.04), truth)) > 5.5

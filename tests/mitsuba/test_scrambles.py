@@ -80,6 +80,44 @@ def test_a_scramble_flips_every_digit_half_of_the_time():
         assert np.abs((pairs - 0.5) * 2 * np.sqrt(len(keys))).max() < 5.5
 
 
+def chi_square(*parts):
+    """χ² of joint values of integers against equal frequencies, over its standard deviation, and the cells (parts,)."""
+    code, cells = 0, 1
+    for values, number in parts:
+        code, cells = code * number + values, cells * number
+    counts = np.bincount(code, minlength=cells)
+    expected = counts.sum() / cells
+    return (((counts - expected) ** 2 / expected).sum() - cells + 1) / np.sqrt(2 * cells)
+
+
+def hashed_keys(number):
+    return finalise(dr.arange(mi.UInt32, number) + 12345)
+
+
+@pytest.mark.statistical
+@pytest.mark.parametrize(("x", "y", "first"), [(0, 1, 0), (5, 6, 0), (0b10110, 0b11110, 3), (0x51234, 0x41234, 16)])
+def test_two_points_are_scrambled_as_by_owens_nested_scrambling(x, y, first):
+    """Digits of the one are uniform, and so are those of the other after the first in which they differ: together."""
+    keys = hashed_keys(2**17)
+    a, b = (np.array(nested_scramble(mi.UInt32(v), keys)) for v in (x, y))
+    after = (a ^ b) >> first + 1 & 31
+    assert abs(chi_square((a & 31, 32), (after, 32))) < 6
+    assert abs(chi_square((a >> first & 31, 32), (after, 32))) < 6
+    fixed = np.array(mi.UInt32(x) ^ keys) ^ np.array(mi.UInt32(y) ^ keys)  # a shift alone: the control
+    assert abs(chi_square((a & 31, 32), (fixed >> first + 1 & 31, 32))) > 6
+
+
+@pytest.mark.statistical
+def test_upper_and_lower_digits_are_scrambled_independently_if_crossed():
+    """Of two points whose first difference is the same in both; the control has one factor for both."""
+    keys = hashed_keys(2**17)
+    a, b = (np.array(crossed_scramble(mi.UInt32(v), keys, mi.UInt32(4), 8)) for v in (0b00100110, 0b00110111))
+    upper, lower = (a ^ b) >> 1 & 7, (a ^ b) >> 5 & 7
+    assert abs(chi_square((upper, 8), (lower, 8), (a & 15, 16))) < 6
+    together = np.array(nested_scramble(mi.UInt32(0b0110), keys)) ^ np.array(nested_scramble(mi.UInt32(0b0111), keys))
+    assert abs(chi_square((upper, 8), (together >> 1 & 7, 8))) > 6
+
+
 def test_a_scramble_depends_on_the_digits_above_only():
     keys = mi.UInt32(np.arange(1, 200, dtype=np.uint32) * np.uint32(0x9E3779B9))
     for bit in range(31):

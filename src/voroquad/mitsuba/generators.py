@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from functools import cache
 from importlib.resources import files
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +22,10 @@ BITS = 32
 #: Coordinates that are sampled jointly; later ones repeat them with the points in another order
 JOINT = {"joe-kuo": 256, "sz": 4}
 KINDS = tuple(JOINT)
-#: Bits of an index that one look-up in `byte_tables` takes
-BYTE = 8
+#: Digits of a coordinate that an entry of `PairTables` holds
+HALF = BITS // 2
+#: Most bits of an index that one look-up takes: tables of two pairs then fit into the first cache
+MOST_PART_BITS = 12
 
 #: Products in GF(4) = {0, 1, ω, ω + 1}, with ω² = ω + 1; element a + b ω is the number a + 2 b
 _PRODUCTS = ((0, 0, 0, 0), (0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2))
@@ -31,9 +34,30 @@ _PRODUCTS = ((0, 0, 0, 0), (0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2))
 _DIGIT_MAPS = (((0, 1), (1, 0)), ((1, 1), (0, 1)), ((0, 1), (1, 0)), ((1, 1), (0, 1)))
 
 
+class PairTables(NamedTuple):
+    """The digits of pairs of coordinates of points, by parts of their index.
+
+    Attributes
+    ----------
+    entries : ndarray of uint32, (pairs · words · parts · 2^part_bits,)
+        Entry ((p · words + h) · parts + j) · 2^part_bits + v is of pair p, where the j-th part of the index, the lowest
+        first, is v with its bits in reverse order. It has digits 16 h to 16 h + 15 of both coordinates, those of the
+        first one in the lower half. The lowest bit of a half is the highest digit.
+    words : int
+        Entries that hold the digits of a pair.
+    parts, part_bits : int
+        Parts of an index, and bits of each.
+    """
+
+    entries: Columns
+    words: int
+    parts: int
+    part_bits: int
+
+
 @cache
-def byte_tables(kind: str, bits: int) -> Columns:
-    """The XOR of the columns of each eight bits of an index, as bit-reversed coordinates.
+def pair_tables(kind: str, bits: int, index_bits: int) -> PairTables:
+    """The tables for points whose index has so many bits. They have as many digits as the index, or more.
 
     Parameters
     ----------
@@ -41,18 +65,23 @@ def byte_tables(kind: str, bits: int) -> Columns:
         One of `KINDS`.
     bits : int
         Pairs of coordinates are `crossed` for sets of 2^bits points.
-
-    Returns
-    -------
-    ndarray of uint32, (JOINT[kind] · 1024,)
-        Entry 1024 d + 256 j + v is of coordinate d, where bits 8j to 8j + 7 of the index are v in reverse order.
+    index_bits : int
+        Bits of an index.
     """
     columns = crossed(joe_kuo(JOINT[kind]) if kind == "joe-kuo" else sz(), bits)
-    values = np.arange(1 << BYTE)
-    tables = np.zeros((len(columns), BITS // BYTE, 1 << BYTE), np.uint32)
-    for k in range(BITS):
-        tables[:, k // BYTE] ^= np.where(values >> (BYTE - 1 - k % BYTE) & 1, _reversed_bits(columns[:, k])[:, None], 0)
-    return tables.ravel()
+    words = -(-index_bits // HALF)
+    parts = -(-index_bits // MOST_PART_BITS)
+    part_bits = -(-index_bits // max(parts, 1))
+    values = np.arange(1 << part_bits)
+    entries = np.zeros((len(columns) // 2, words, parts, 1 << part_bits), np.uint32)
+    for k in range(index_bits):
+        has_bit = values >> (part_bits - 1 - k % part_bits) & 1
+        digits = _reversed_bits(columns[:, k])
+        for word in range(words):
+            half = digits >> np.uint32(HALF * word) & np.uint32((1 << HALF) - 1)
+            pair = half[::2] | half[1::2] << np.uint32(HALF)
+            entries[:, word, k // part_bits] ^= np.where(has_bit, pair[:, None], np.uint32(0))
+    return PairTables(entries.ravel(), words, parts, part_bits)
 
 
 def joe_kuo(d: int) -> Columns:

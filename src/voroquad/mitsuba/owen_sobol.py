@@ -10,9 +10,9 @@ import mitsuba as mi
 
 from .._support.checks import one_of, positive_int
 from .accumulation import quotient
-from .generators import BITS, BYTE, JOINT, KINDS, byte_tables, upper_digits
+from .generators import BITS, HALF, JOINT, KINDS, PairTables, pair_tables, upper_digits
 from .properties import read_property
-from .scrambles import combine, crossed_scramble, morton, nested_scramble, nested_shuffle_of_fours
+from .scrambles import combine, crossed_scramble, morton, nested_scramble, nested_shuffle_of_fours, of_key
 
 #: The generators that "auto" stands for
 DEFAULT_GENERATORS = "sz"
@@ -125,8 +125,9 @@ class OwenSobol(mi.Sampler):
         self._starts: mi.UInt32 | None = None  # samples of each of them before those of the first wavefront
         self._begun = 0  # samples of each pixel in the wavefronts before this one
         self._kind = DEFAULT_GENERATORS if self.generators == "auto" else self.generators
-        self._tables: mi.UInt32 | None = None  # until it is seeded
         self._crossed = self._set_bits = 0  # samples whose pairs are crossed; 0: those of a pixel; and their bits
+        self._tables: PairTables | None = None  # until it is seeded
+        self._entries = mi.UInt32(0)
         self.dimension = mi.UInt32(0)
 
     # ------------------------------------------------------------------ what renderers set
@@ -246,17 +247,18 @@ class OwenSobol(mi.Sampler):
     def _begin(self) -> None:
         """Set the key of each sample of the wavefront, and its index, whose bits are kept in reverse order."""
         pixel, number, bits = self._samples()
-        set_bits = (self._crossed - 1).bit_length() if self._crossed else bits
-        if self._tables is None or set_bits != self._set_bits:
-            self._tables, self._set_bits = mi.UInt32(byte_tables(self._kind, set_bits)), set_bits
         # Beyond the samples that were asked for, another sequence begins
         seed = combine(self._seed, dr.opaque(mi.UInt32, self._begun >> bits))
         if self._window.pixels and self.order == "morton":
             place, self._key, place_bits = self._place(pixel, seed, BITS - bits)
-            self._reversed, self._bits = dr.brev(place << bits | number), place_bits + bits
+            self._reversed, index_bits = dr.brev(place << bits | number), place_bits + bits
         else:
-            self._reversed, self._bits = dr.brev(number), bits
+            self._reversed, index_bits = dr.brev(number), bits
             self._key = combine(pixel, seed ^ _OF_PIXEL)
+        self._set_bits = (self._crossed - 1).bit_length() if self._crossed else bits
+        tables = pair_tables(self._kind, self._set_bits, index_bits)
+        if tables is not self._tables:
+            self._tables, self._entries = tables, mi.UInt32(tables.entries)
         self.dimension = mi.UInt32(0)
 
     def _place(self, pixel: mi.UInt32, seed: mi.UInt32, most_bits: int) -> tuple[mi.UInt32, mi.UInt32, int]:
@@ -283,27 +285,43 @@ class OwenSobol(mi.Sampler):
         """The next coordinates; two at once are a pair, whose first one has an even number."""
         first = self.dimension + (self.dimension & 1) if count == 2 else self.dimension
         self.dimension = first + count
-        index = self._index_in(first // JOINT[self._kind])
-        return [self._coordinate(first + k, index) for k in range(count)]
+        words = self._digits(first)
+        if count == 2:
+            return [self._coordinate(words, first, 0), self._coordinate(words, first + 1, 1)]
+        return [self._coordinate(words, first, first & 1)]
+
+    def _digits(self, dimension: mi.UInt32) -> list[mi.UInt32]:
+        """Entries of `PairTables` for the pair of a coordinate."""
+        index = self._index_in(dimension // JOINT[self._kind])
+        assert self._tables is not None
+        _, word_count, parts, part_bits = self._tables
+        pair = (dimension % JOINT[self._kind]) >> 1
+        words = [mi.UInt32(0) for _ in range(word_count)]
+        for part in range(parts):
+            value = (index >> BITS - part_bits * (part + 1)) & ((1 << part_bits) - 1)
+            for k in range(word_count):
+                entry = value + ((pair * word_count + k) * parts + part << part_bits)
+                words[k] ^= dr.gather(mi.UInt32, self._entries, entry)
+        return words
 
     def _index_in(self, group: mi.UInt32) -> mi.UInt32:
         """The reversed indices for a group of coordinates: each but the first takes the samples in another order.
 
         It is a random permutation that maps aligned blocks of 2^m indices to such blocks, for every m.
         """
-        shuffled = nested_scramble(self._reversed, combine(group, self._key ^ _OF_GROUP))
+        shuffled = nested_scramble(self._reversed, of_key(group, self._key ^ _OF_GROUP))
         return dr.select(group == 0, self._reversed, shuffled)
 
-    def _coordinate(self, dimension: mi.UInt32, index: mi.UInt32) -> mi.Float:
-        """A coordinate of the points of reversed indices, scrambled."""
+    def _coordinate(self, words: list[mi.UInt32], dimension: mi.UInt32, place: int | mi.UInt32) -> mi.Float:
+        """The scrambled coordinate at a place, 0 or 1, in its pair."""
+        halves = [(word >> place * HALF) & ((1 << HALF) - 1) for word in words]
         digits = mi.UInt32(0)
-        first = dimension % JOINT[self._kind] * (BITS // BYTE << BYTE)
-        for place in range(-(-self._bits // BYTE)):
-            entry = first + ((index >> BITS - BYTE * (place + 1)) & ((1 << BYTE) - 1)) + (place << BYTE)
-            digits ^= dr.gather(mi.UInt32, self._tables, entry)
+        for k, half in enumerate(halves):
+            digits |= half << HALF * k
         upper, other = upper_digits(self._set_bits)
-        upper -= (dimension & 1) * (upper - other)
-        return _unit(dr.brev(crossed_scramble(digits, combine(dimension, self._key), upper, self._set_bits)))
+        upper -= place * (upper - other)
+        scrambled = crossed_scramble(digits, of_key(dimension, self._key), mi.UInt32(upper), self._set_bits)
+        return _unit(dr.brev(scrambled))
 
     # ------------------------------------------------------------------ Mitsuba's bookkeeping
 
