@@ -511,4 +511,21 @@ class LegendreTerms:
         most_steps: int,
     ) -> NDArray[numpy.float64]: ...
 
+def powers_of(
+    places: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    slopes: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+) -> NDArray[numpy.float64]: ...
+def places_and_slopes(
+    distances: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    values: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+) -> NDArray[numpy.float64]: ...
+
 PilotRule: TypeAlias = PilotRule1 | PilotRule2 | PilotRule3

@@ -158,7 +158,9 @@ def unit_points(
     `remedy`.
     """
     array = point_array(points, name=name)
-    refuse_outside(name, array, 0.0, 1.0, remedy, closed=closed)
+    least, most = array.min(), array.max()
+    if not (least >= 0 and (most <= 1 if closed else most < 1)):  # NaN is neither
+        refuse_outside(name, array, 0.0, 1.0, remedy, closed=closed)
     return array
 
 

@@ -112,11 +112,11 @@ class Estimator:
         means, rounding = fit.estimates(values.scaled, self.integrand.epsilon)
         error, degrees_of_freedom = fit.standard_error(means)
         warning = self._warning(fit, drawn, values)
-        found = self._estimate(
-            means.mean(axis=0), error, rounding.mean(axis=0), degrees_of_freedom, values, warning, fit.deviations(means)
-        )
         terms = self._terms(begin, drawn.points, fit) if self.integrand.function.tape else ()
-        return replace(found, rules=_told(rule, fit, len(found.mean)), terms=terms)
+        return self._estimate(
+            means.mean(axis=0), error, rounding.mean(axis=0), degrees_of_freedom, values, warning,
+            fit.deviations(means), _told(rule, fit, means.shape[1]), terms,
+        )  # fmt: skip
 
     def _terms(self, begin: int, points: Array, fit: Fit) -> tuple[WeightedCalls, ...]:
         """The weights of the values of points (sets, n, d), in the order of their evaluation."""
@@ -167,15 +167,19 @@ class Estimator:
         rounding: Array,
         degrees_of_freedom: float,
         values: Values,
-        warning: IntegrationWarning | None = None,
-        deviations: Array | None = None,
+        warning: IntegrationWarning | None,
+        deviations: Array | None,
+        rules: tuple[str, ...],
+        terms: tuple[WeightedCalls, ...],
     ) -> Estimate:
         """With rounding in the error, the units of func, and what the values themselves give reason to warn of."""
         warnings = [] if self.integrand.empty else too_few_samples(values.scaled)
         if warning and not (warning.kind == "one-stratum" and any(w.kind == "few-samples" for w in warnings)):
             warnings.append(warning)
         mean, error, rounding = (np.ldexp(x, values.power) for x in (mean, np.hypot(error, rounding), rounding))
-        return Estimate(mean, error, rounding, values.n, degrees_of_freedom, tuple(warnings), deviations)
+        return Estimate(
+            mean, error, rounding, values.n, degrees_of_freedom, tuple(warnings), deviations, rules, terms=terms
+        )
 
 
 class PlainMean:

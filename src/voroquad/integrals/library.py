@@ -56,6 +56,10 @@ class Library:
 
     def precision(self) -> np.dtype[Any]:
         """The NumPy dtype of the same precision as func's points."""
+        return self._dtype
+
+    @cached_property
+    def _dtype(self) -> np.dtype[Any]:
         return np.dtype(to_numpy(self.like).dtype)
 
     def array(self, x: NDArray[Any]) -> Any:

@@ -293,7 +293,7 @@ def quad(
         compute = _computing(estimate, wanted, n_points, n_estimates, most, d, function, watch, rounds)
         with following(watch, function, callback, progress, most):
             result = ended(lambda: _with_gradients(compute(), function, d), watch, function)
-    return replace(result, adaptation=adaptations[0] if adaptations else None)
+    return replace(result, adaptation=adaptations[0]) if adaptations else result
 
 
 def _computing(

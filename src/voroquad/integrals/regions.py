@@ -57,13 +57,12 @@ class Box:
         self.empty = bool((self.a == self.b).any())
         self._library = library
         self._loc, self._scale = location_and_scale(loc, scale, self.a, self.b)
-        finite = np.isfinite(low) & np.isfinite(high)
-        with np.errstate(over="ignore"):
-            volume = np.prod(self.b[finite] - self.a[finite])
-        if not np.isfinite(volume):
+        ends = list(zip(self.a.tolist(), self.b.tolist(), strict=True))
+        finite = [high - low for low, high in ends if math.isfinite(low) and math.isfinite(high)]
+        if not math.isfinite(math.prod(finite)):
             raise ValueError("a and b: the box is too large for floating point; scale x, or take infinite limits")
         #: The volume element of a box with finite limits
-        self._volume = self.sign * math.prod((self.b - self.a).tolist()) if finite.all() else None
+        self._volume = self.sign * math.prod(finite) if len(finite) == len(ends) else None
 
     @property
     def d(self) -> int:

@@ -12,6 +12,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from .. import _core
 from .._support.arrays import Array, Indices
 
 #: Slopes that tell the exponent of an end, from the second sample on, and the fewest samples at a face that do.
@@ -119,18 +120,11 @@ def powers_of_slopes(t: Array, values: Array) -> tuple[Array, Array]:
 
 
 def power_of(places: Array, slopes: Array) -> tuple[Array, Array]:
-    """The same from slopes (..., m) at places (..., m)."""
+    """The same from slopes (..., m) at places (..., m) or (m,)."""
     m = slopes.shape[-1]
-    one_sign = np.abs(np.sign(slopes).sum(axis=-1)) == m
-    if not one_sign.any():
-        return np.full(one_sign.shape, np.nan), np.full(one_sign.shape, np.nan)
-    logs = np.log(np.abs(np.where(one_sign[..., None], slopes, 1)))
-    places = np.log(places)
-    places = places - places.sum(axis=-1, keepdims=True) / m
-    logs = logs - logs.sum(axis=-1, keepdims=True) / m
-    rate = (logs * places).sum(axis=-1) / np.square(places).sum(axis=-1)
-    off = np.sqrt(np.square(logs - rate[..., None] * places).sum(axis=-1) / m)
-    return np.where(one_sign, rate + 1, np.nan), np.where(one_sign, off, np.nan)
+    rows = (np.ascontiguousarray(x, dtype=np.float64).reshape(-1, m) for x in (places, slopes))
+    beta, off = _core.powers_of(*rows)
+    return beta.reshape(slopes.shape[:-1]), off.reshape(slopes.shape[:-1])
 
 
 def _deviation(beta: Array, t: Array, missed: Array) -> Array:

@@ -8,8 +8,12 @@ if no sample lies close to it: docs/theory.md, (35).
 
 from __future__ import annotations
 
+import math
+from functools import lru_cache
+
 import numpy as np
 
+from .. import _core
 from .._support.arrays import Array, Indices
 from .cusps import EVENLY, NODES, OF_VARIANCE, WEIGHTS
 from .ends import power, power_of
@@ -49,32 +53,34 @@ def of_faces(points: Array, strata: tuple[int, ...], colours: Indices, values: A
     values, residuals : ndarray, (fields, n)
         Of the integrands, and what predictions miss of them.
     """
-    numbers = np.arange(len(points)).reshape(strata)
     total = np.zeros(len(values))
-    for a, k in enumerate(strata):
+    for a, (k, slabs) in enumerate(zip(strata, _slabs(strata), strict=True)):
         if k < FEWEST_SLABS:
             continue
-        slabs = np.moveaxis(numbers, a, 0).reshape(k, -1)
         for order, along in ((slabs[:SLABS], points[:, a]), (slabs[::-1][:SLABS], 1 - points[:, a])):
             t, f = k * along[order], values[:, order]
             places, slopes = _median_slopes(t, f)
             places, slopes, first, f = places[1:], slopes[:, 1:], slopes[:, 0], f[:, 1:]
             beta, off = power_of(places, slopes)
+            known = (off <= STRAIGHT) & (beta >= LEAST) & (beta <= MOST) & (first * slopes[:, 0] > 0)
+            if not known.any():
+                continue
             squares = np.square(residuals[:, order[0]]).sum(axis=1)
             steps = np.square(values[:, order[1]] - values[:, order[0]]).sum(axis=1)
-            known = (
-                (off <= STRAIGHT)
-                & (beta >= LEAST)
-                & (beta <= MOST)
-                & (squares > UNRESOLVED * steps)
-                & (first * slopes[:, 0] > 0)
-            )
+            known = known & (squares > UNRESOLVED * steps)
             if known.any():
                 beta = np.maximum(beta[known], OF_VARIANCE)
                 amount = _amount(slopes[known, 0], places[0], beta)
                 found = _variance(beta, amount[:, None] * _along_face(f[known]), colours[order[0]])
                 total[known] += np.minimum(found, MOST_TIMES * squares[known])
     return total
+
+
+@lru_cache(maxsize=32)
+def _slabs(strata: tuple[int, ...]) -> list[Indices]:
+    """The strata (k, m) of each slab across each axis."""
+    numbers = np.arange(math.prod(strata)).reshape(strata)
+    return [np.moveaxis(numbers, a, 0).reshape(k, -1) for a, k in enumerate(strata)]
 
 
 def of_replicates(points: Array, values: Array) -> Array:
@@ -113,11 +119,8 @@ def of_replicates(points: Array, values: Array) -> Array:
 
 def _median_slopes(t: Array, f: Array) -> tuple[Array, Array]:
     """Places (k − 1,) and medians over the rows of slopes (fields, k − 1), of values (fields, k, m) at t (k, m)."""
-    places = np.exp(np.log((t[1:] + t[:-1]) / 2).mean(axis=1))
-    slopes = np.sort((f[:, 1:] - f[:, :-1]) / (t[1:] - t[:-1]), axis=2)
-    middle = slopes.shape[2] // 2
-    medians = (slopes[..., middle] + slopes[..., ~middle]) / 2
-    return places, np.where(np.isnan(slopes[..., -1]), np.nan, medians)  # NaN are sorted last
+    found = _core.places_and_slopes(np.ascontiguousarray(t), np.ascontiguousarray(f))
+    return found[0], found[1:]
 
 
 def _amount(slopes: Array, place: float, beta: Array) -> Array:

@@ -11,6 +11,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.linalg.lapack import dpotrf, dpotri, dpotrs
@@ -68,6 +69,7 @@ class Model:
 SMOOTH_LENGTH, SMOOTH_DRIFT, SMOOTH_NOISE, ANALYTIC_NOISE = 0.5, 2, 1e-10, 1e-14
 
 
+@lru_cache(maxsize=64)
 def model(n: int, d: int, per_term: int = SAMPLES_PER_TERM) -> Model:
     """The model for n samples in d dimensions, with at least so many samples per term of the drift.
 

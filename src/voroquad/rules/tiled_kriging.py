@@ -97,6 +97,7 @@ def spread_out(strata: tuple[int, ...], period: int, most: int) -> Tile:
     return Tile(numbers, np.ones(len(numbers)), Groups.of(group[numbers], group.max() + 1), tuple(axes))
 
 
+@lru_cache(maxsize=64)
 def tile_model(assumed: Model, n: int, d: int) -> Model:
     """The model of a tile with n samples: that of the whole box, with a drift of no more terms than n allow."""
     return replace(assumed, degree=min(assumed.degree, model(n, d).degree))
