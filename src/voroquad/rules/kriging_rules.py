@@ -195,6 +195,9 @@ def krige_replicates(points: Array, threads: int) -> Array:
     shares = np.zeros((sets, sets, n))
     shares[np.arange(sets), np.arange(sets)] = 1 / n
     shares[:, :predicting, :first] = integrals.reshape(sets, predicting, first) / n
+    # Summands of a constant all round alike: no rounding of the systems may be left in the sums of weights
+    left = 1 - shares.sum(axis=(1, 2))
+    shares[:, :predicting, :first] += left[:, None, None] / len(samples)
     return shares
 
 
