@@ -237,8 +237,9 @@ def unresolved(totals: Array, squares: Array, zero: NDArray[np.bool_], n: int) -
     found = []
     if zero.any():
         found.append(diagnosis("zero", components=np.flatnonzero(zero).tolist(), of=len(totals)))
-    if (support < fewest).any():
-        found.append(diagnosis("few-samples", samples=round(float(support.min()), 1), of=n))
+    few = np.flatnonzero(support < fewest).tolist()
+    if few:
+        found.append(diagnosis("few-samples", samples=round(float(support.min()), 1), of=n, components=few))
     return found
 
 
