@@ -261,11 +261,16 @@ def z_scores(errors):
 
 @pytest.mark.slow
 @pytest.mark.statistical
-@pytest.mark.parametrize(("n", "d"), [(16, 2), (49, 2), (16, 3), (24, 4), (54, 4)])
-def test_the_choice_costs_no_bias_and_one_by_own_residuals_would(n, d):
-    """At the smallest sizes where there is a choice, and above: the bias of the control falls with the size."""
+@pytest.mark.parametrize(
+    ("n", "d", "of_control"), [(16, 2, 20_000), (49, 2, 20_000), (16, 3, 80_000), (24, 4, 20_000), (54, 4, 20_000)]
+)
+def test_the_choice_costs_no_bias_and_one_by_own_residuals_would(n, d, of_control):
+    """At the smallest sizes where there is a choice, and above: the bias of the control falls with the size.
+
+    At 16 points in d = 3 it is .03 standard deviations, and takes more sets to be seen.
+    """
     assert abs(z_scores(estimates(n, d, 20_000, False, 9) - truth(d))).max() < 4.7
-    assert abs(z_scores(estimates(n, d, 20_000, True, 10) - truth(d))).max() > 6
+    assert abs(z_scores(estimates(n, d, of_control, True, 10) - truth(d))).max() > 6
 
 
 def bell(points):
