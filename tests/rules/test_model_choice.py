@@ -9,9 +9,9 @@ import pytest
 import voroquad as vq
 from voroquad.designs.multi_jittered import period
 from voroquad.rules import model_choice
-from voroquad.rules.covariances import MATERN_7
 from voroquad.rules.global_fits import GlobalFits, degrees
 from voroquad.rules.groups import Groups
+from voroquad.rules.kriging import model
 from voroquad.rules.kriging_rules import krige_strata, strata_in_colours
 from voroquad.rules.model_choice import (
     HYSTERESIS,
@@ -200,6 +200,14 @@ def test_kriging_is_left_for_what_is_far_better(second, chosen):
     np.testing.assert_array_equal(residuals, np.full((1, 4), [1.0, math.sqrt(second)][chosen]))
 
 
+def test_a_component_takes_no_model_that_is_in_question_for_others_only():
+    candidates = Constants([[1.0] * 4, [0.1] * 4, [2.0] * 4])
+    in_question = np.ones((3, 2, 4), dtype=bool)
+    in_question[1, 1, 2:] = False
+    _, _, best = model_choice._choose([candidates], in_question, np.arange(4), np.zeros((2, 4)))
+    np.testing.assert_array_equal(best, [[1, 1, 1, 1], [1, 1, 0, 0]])
+
+
 @pytest.mark.parametrize("count", [1, 2, 3, 4, 5, 8, 9, 16])
 @pytest.mark.parametrize(("of_each", "reach"), [(3, 4), (10, 3), (15, 2), (30, 1)])
 def test_partners_stand_on_either_side_in_cyclic_order(count, of_each, reach):
@@ -315,17 +323,18 @@ def test_screening_knows_neither_values_nor_positions_of_the_colour():
 
 
 def test_of_many_samples_only_the_model_of_the_screening_is_fitted(monkeypatch):
+    """What the screening assumes for all kinds is for as many samples as it has."""
     fitted = []
     original = TiledKriging._prediction
 
     def counted(self, tile, points):
-        fitted.append((len(points), self._assumed.covariance))
+        fitted.append((len(points), self._assumed))
         return original(self, tile, points)
 
     monkeypatch.setattr(TiledKriging, "_prediction", counted)
     choose(vq.sample("multi-jittered", 512, 3, sets=1, rng=1), edge)
     assert [n for n, _ in fitted] == [SCREENED, SCREENED, SCREENED, 512]
-    assert fitted[-1][1] is MATERN_7
+    assert [fitted[0][1], fitted[-1][1]] == [model(SCREENED, 3), model(512, 3)]
 
 
 def test_what_smooth_models_miss_at_least_knows_no_value_of_the_colour():
