@@ -7,7 +7,7 @@ import pytest
 
 import voroquad as vq
 from voroquad.designs.sampling import sample
-from voroquad.integrals.estimates import too_few_samples
+from voroquad.integrals.estimates import of_values
 from voroquad.rules.cross_fit import replicate_shares
 from voroquad.rules.defaults import default_of_strata
 from voroquad.rules.fit import weighted_sums
@@ -106,14 +106,14 @@ def test_the_samples_an_estimate_rests_on():
     values = np.zeros((2, 3, n // 2))
     values[:, 0] = 1
     values[0, 1, :9] = 0.3  # as many samples as differ from 0, if all are alike
-    found = {w.kind: w.details for w in too_few_samples(values)}
+    found = {w.kind: w.details for w in of_values(values)}
     few = {"samples": 9.0, "of": n, "components": [1]}
     assert found == {"zero": {"components": [2], "of": 3}, "few-samples": few}
     values[0, 1, :10] = -0.3
-    assert [w.kind for w in too_few_samples(values)] == ["zero"]
-    assert [w.kind for w in too_few_samples(values[:, :2])] == []
-    assert too_few_samples(np.full((1, 1, 8), np.nan)) == []
-    assert too_few_samples(np.ones((1, 1, 1))) == []
+    assert [w.kind for w in of_values(values)] == ["zero"]
+    assert [w.kind for w in of_values(values[:, :2])] == []
+    assert of_values(np.full((1, 1, 8), np.nan)) == []
+    assert of_values(np.ones((1, 1, 1))) == []
 
 
 # ---------------------------------------------------------------------- rounding

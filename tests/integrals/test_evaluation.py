@@ -19,7 +19,7 @@ import voroquad as vq
         (None, "values of func must be an array of numbers, got None"),
         ("1.0", "values of func must be an array of numbers, got '1.0'"),
         ([1j], r"func must return shape \(16,\) or \(..., 16\) for points of shape \(1, 16\), got \(1,\)"),
-        (1.0, r"func must return shape \(16,\) or \(..., 16\) for points of shape \(1, 16\), got \(\)$"),
+        (1.0, r"func must return shape \(16,\) or .* got \(\); return a value for each point, as np.full"),
         (np.ones((16, 3)), r"got \(16, 3\); put the points last, as values.T does"),
     ],
 )

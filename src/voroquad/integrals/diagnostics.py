@@ -21,6 +21,11 @@ TEXTS = {
         "the estimate rests on fewer than ten samples, so neither it nor its error is reliable; "
         "use more points, adapt=True, or limits close to where func is large"
     ),
+    "heavy-tail": (
+        "the largest values of func grow like those of an integrand of infinite variance, so neither the estimate nor "
+        "its error is reliable, and the integral may not exist; substitute variables that remove the singularity, "
+        "or use adapt=True if it is a narrow peak"
+    ),
     "one-stratum": (
         "a single stratum causes most of the error: the integrand is not resolved there and the error is "
         "uncertain; use more points or split the box there"
@@ -52,8 +57,8 @@ class IntegrationWarning(UserWarning):
     Attributes
     ----------
     kind : str
-        ``"not-finite"``, ``"zero"``, ``"few-samples"``, ``"one-stratum"``, ``"unforeseen"``, ``"no-error"``,
-        ``"no-finite-error"``, ``"tolerance"``, ``"rounding"``, ``"stopped"`` or, of a ratio,
+        ``"not-finite"``, ``"zero"``, ``"few-samples"``, ``"heavy-tail"``, ``"one-stratum"``, ``"unforeseen"``,
+        ``"no-error"``, ``"no-finite-error"``, ``"tolerance"``, ``"rounding"``, ``"stopped"`` or, of a ratio,
         ``"vague-denominator"``. Advice, which leaves the result reliable, is ``"point-by-point"`` and
         ``"give-atol"``.
     details : dict

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,6 +20,7 @@ from .batch_sums import BatchSums
 from .diagnostics import IntegrationWarning, diagnosis
 from .gradients import WeightedCalls
 from .integrand import Integrand
+from .tails import heavy_tail
 from .units import powers
 
 #: Replicates that one estimate is split into where a rule needs several sets.
@@ -26,6 +28,9 @@ REPLICATES = 4
 
 #: Fewest samples, or this part of all samples if that is less, that must contribute to an estimate to be reliable.
 FEWEST_SAMPLES, FEWEST_PART = 10, 0.25
+
+#: Warnings that the samples do not resolve the integrand; a warning of a single stratum would add nothing to them.
+UNRESOLVED = ("few-samples", "heavy-tail")
 
 #: Ratio of a residual to the largest value from which on it is surprising, and fewest strata for such a warning.
 SURPRISE, FEWEST_STRATA = 0.1, 16
@@ -173,8 +178,8 @@ class Estimator:
         terms: tuple[WeightedCalls, ...],
     ) -> Estimate:
         """With rounding in the error, the units of func, and what the values themselves give reason to warn of."""
-        warnings = [] if self.integrand.empty else too_few_samples(values.scaled)
-        if warning and not (warning.kind == "one-stratum" and any(w.kind == "few-samples" for w in warnings)):
+        warnings = [] if self.integrand.empty else of_values(values.scaled)
+        if warning and not (warning.kind == "one-stratum" and any(w.kind in UNRESOLVED for w in warnings)):
             warnings.append(warning)
         mean, error, rounding = (np.ldexp(x, values.power) for x in (mean, np.hypot(error, rounding), rounding))
         return Estimate(
@@ -205,7 +210,7 @@ class PlainMean:
         if sums is None or sums.n < 2:
             return None
         n, error = sums.n, np.sqrt(sums.scatter / (sums.n - 1)) / math.sqrt(sums.n)
-        warnings = tuple(unresolved(sums.absolute, sums.square, sums.square == 0, n))
+        warnings = tuple(unresolved(sums.absolute, sums.square, sums.square == 0, n, []))
         mean, error = (np.ldexp(x, sums.power) for x in (sums.mean, error))
         return Estimate(mean, error, np.zeros_like(error), n, n - 1, warnings)
 
@@ -218,19 +223,22 @@ def _told(rule: Rule, fit: Fit, fields: int) -> tuple[str, ...]:
     return (f"{rule.method}{across}",) * fields
 
 
-def too_few_samples(values: Array) -> list[IntegrationWarning]:
-    """Warnings of components that the samples do not resolve, from values (sets, fields, n).
-
-    An estimate rests on about (Σ|f|)² / Σ f² samples: n where all values are alike, 1 where one is far larger
-    than the others.
-    """
+def of_values(values: Array) -> list[IntegrationWarning]:
+    """Warnings of components that the samples do not resolve, from values (sets, fields, n)."""
     sizes = np.abs(values.swapaxes(0, 1).reshape(values.shape[1], -1))
     squares = np.square(sizes).sum(axis=1)
-    return unresolved(sizes.sum(axis=1), squares, squares == 0, sizes.shape[1])
+    return unresolved(sizes.sum(axis=1), squares, squares == 0, sizes.shape[1], [[of_field] for of_field in sizes])
 
 
-def unresolved(totals: Array, squares: Array, zero: NDArray[np.bool_], n: int) -> list[IntegrationWarning]:
-    """The same from Σ|f| and Σf² (fields,) of n samples, each times its weight, and which components are 0."""
+def unresolved(
+    totals: Array, squares: Array, zero: NDArray[np.bool_], n: int, tails: Sequence[Sequence[Array]]
+) -> list[IntegrationWarning]:
+    """The same from Σ|f| and Σf² (fields,) of n samples, each times its weight, and which components are 0.
+
+    An estimate rests on about (Σ|f|)² / Σ f² samples: n where all values are alike, 1 where one is far larger
+    than the others. `tails` are values of each component as :func:`heavy_tail` takes them; it is empty if the tail is
+    not looked at.
+    """
     known = np.isfinite(squares) & (squares > 0)
     support = np.divide(totals**2, squares, out=np.full(len(totals), np.inf), where=known)
     fewest = min(FEWEST_SAMPLES, FEWEST_PART * n)
@@ -240,6 +248,8 @@ def unresolved(totals: Array, squares: Array, zero: NDArray[np.bool_], n: int) -
     few = np.flatnonzero(support < fewest).tolist()
     if few:
         found.append(diagnosis("few-samples", samples=round(float(support.min()), 1), of=n, components=few))
+    elif heavy := heavy_tail(tails):
+        found.append(heavy)
     return found
 
 

@@ -17,7 +17,7 @@ from ..rules.fit import ROUNDING
 from ..rules.method import HIGHEST_DIMENSION, local
 from ..rules.strata_fits import fit_strata
 from .diagnostics import IntegrationWarning
-from .estimates import Estimate, surprising_stratum, unresolved
+from .estimates import UNRESOLVED, Estimate, surprising_stratum, unresolved
 from .integrand import Integrand
 from .partition import Partition
 from .units import powers
@@ -137,7 +137,8 @@ class LeafEstimator:
     def _warnings(self, places: Array, weighted: Array, corrections: Array) -> list[IntegrationWarning]:
         sizes = np.abs(weighted)
         squares = np.square(sizes).sum(axis=1)
-        found = unresolved(sizes.sum(axis=1), squares, squares == 0, len(places))
+        tails = [[of_field] for of_field in weighted]
+        found = unresolved(sizes.sum(axis=1), squares, squares == 0, len(places), tails)
         unit = np.maximum(sizes.max(axis=1, keepdims=True), np.finfo(float).tiny)
         lone = surprising_stratum(self.integrand, places, weighted / unit, corrections / unit)
-        return found if lone is None or any(w.kind == "few-samples" for w in found) else [*found, lone]
+        return found if lone is None or any(w.kind in UNRESOLVED for w in found) else [*found, lone]

@@ -10,7 +10,7 @@ import numpy as np
 from .._support.arrays import Array
 from ..designs.sampling import sample
 from ..rules.fit import ROUNDING
-from .estimates import Estimate, Values, too_few_samples
+from .estimates import Estimate, Values, of_values
 from .gradients import WeightedCalls
 from .integrand import Integrand
 
@@ -49,7 +49,7 @@ class NetEstimator:
         spread = means.std(axis=0, ddof=1) / math.sqrt(sets)
         rounding = ROUNDING * self.integrand.epsilon * np.abs(values.scaled).mean(axis=(0, 2))
         error = np.sqrt(spread**2 + _of_far_values(values.scaled, mean) + rounding**2)
-        warnings = () if self.integrand.empty else tuple(too_few_samples(values.scaled))
+        warnings = () if self.integrand.empty else tuple(of_values(values.scaled))
         told = ("plain mean",) * len(mean)
         mean, error, rounding = (np.ldexp(x, values.power) for x in (mean, error, rounding))
         deviations = (means - means.mean(axis=0)).T

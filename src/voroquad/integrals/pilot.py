@@ -214,7 +214,8 @@ class PilotRun:
         warnings = []
         if not self.integrand.empty:
             zero = self.grid_is_zero & (rule.value_square == 0)
-            warnings = unresolved(rule.absolute, rule.value_square, zero, self.samples)
+            tails = self.parts_of_components()
+            warnings = unresolved(rule.absolute, rule.value_square, zero, self.samples, tails)
             if not warnings and (surprise := self._surprise() or self._unforeseen(rounding)):
                 warnings = [surprise]
         mean, error, rounding = (np.ldexp(x, self.power) for x in (mean, error, rounding))

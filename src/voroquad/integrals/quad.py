@@ -238,9 +238,9 @@ def quad(
     IntegrationWarning
         The value or its error is not reliable; the attribute ``kind`` of the warning tells why. func is not finite
         somewhere, and the integral is NaN; all values are 0, or the estimate rests on fewer than ten samples, so that
-        nothing is resolved; a single stratum causes most of the error; there are too few points for an error, or it
-        is not finite; a tolerance is not met. Some warnings are only advice: give atol if the integral is 0; func is
-        called point by point.
+        nothing is resolved; the largest values grow like those of a singularity with infinite variance; a single
+        stratum causes most of the error; there are too few points for an error, or it is not finite; a tolerance is not
+        met. Some warnings are only advice: give atol if the integral is 0; func is called point by point.
 
     Notes
     -----

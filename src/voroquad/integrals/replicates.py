@@ -182,7 +182,7 @@ class _Replicates:
         """Draws, fits, and corrects; with the degrees that correct each replicate, (nets, fields)."""
         kept, sums, power = self._evaluated()
         corrections, degrees = self._corrections(kept, sums, power)
-        return self._estimate(corrections, sums, power), degrees
+        return self._estimate(corrections, kept, sums, power), degrees
 
     def _evaluated(self) -> tuple[list[Array], list[_PartSums], NDArray[np.intc]]:
         """Of each net the values (fields, n) that take part in fits, and sums of all; and the power of their unit."""
@@ -304,14 +304,17 @@ class _Replicates:
         means: Array = np.concatenate(found).reshape(self.parts, -1, len(terms)).mean(axis=1)
         return means
 
-    def _estimate(self, corrections: Array, sums: list[_PartSums], power: NDArray[np.intc]) -> Estimate:
+    def _estimate(
+        self, corrections: Array, kept: list[Array], sums: list[_PartSums], power: NDArray[np.intc]
+    ) -> Estimate:
         plain = np.stack([s.means.mean(axis=1) for s in sums])
         samples, means = self.count * self.m, plain - corrections
         absolute, square = (np.mean(x, axis=0) for x in ([s.absolute for s in sums], [s.square for s in sums]))
         rounding = ROUNDING * self.integrand.epsilon * (absolute + np.abs(corrections).mean(axis=0))
         spread = self.scale * means.std(axis=0, ddof=1) / math.sqrt(self.count)
         empty = self.integrand.empty
-        warnings = [] if empty else unresolved(samples * absolute, samples * square, square == 0, samples)
+        tails = [[y[field] for y in kept] for field in range(len(power))]
+        warnings = [] if empty else unresolved(samples * absolute, samples * square, square == 0, samples, tails)
         mean, error, rounding = (np.ldexp(v, power) for v in (means.mean(axis=0), np.hypot(spread, rounding), rounding))
         deviations = (means - means.mean(axis=0)).T
         n = self.cells + samples

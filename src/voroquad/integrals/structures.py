@@ -83,10 +83,13 @@ def check_shapes(branch: Branch | None, leaves: list[Numbers], shape: tuple[int,
     for name, values in zip(names_of(branch), leaves, strict=True):
         within = f" in {name}" if name else ""
         if values.ndim == 0 or values.shape[-1] != n:
-            last = "; put the points last, as values.T does" if values.ndim and values.shape[0] == n else ""
+            if values.ndim == 0:
+                remedy = "; return a value for each point, as np.full(x.shape[1], value) is"
+            else:
+                remedy = "; put the points last, as values.T does" if values.shape[0] == n else ""
             raise ValueError(
                 f"func must return shape ({n},) or (..., {n}) for points of shape {shape}, got {values.shape}"
-                f"{within}{last}"
+                f"{within}{remedy}"
             )
         if values.size == 0:
             raise ValueError(f"func must return one component or more, got shape {values.shape}{within}")
