@@ -9,7 +9,8 @@ relative to the integral.
 Writes benchmarks/results/equal_time.csv, in the place of the lines of the same dimensions and rules, and with --figure
 draws docs/figures/equal-time.svg from it. The tables of docs/measured/integrals.md are made from it.
 
-    VOROQUAD_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/equal_time.py --figure      # about ten minutes
+    VOROQUAD_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 python benchmarks/equal_time.py --figure
+    ... --dimensions 4 --longest 1 --replicates 3    # ten minutes for a dimension
     ... --longest 10 --replicates 5    # six hours
 """
 

@@ -39,7 +39,11 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "domain-maps": integrals.domain_maps_table,
         "memory": integrals.memory_table,
     },
-    "measured/error-bars.md": {"coverage": integrals.coverage_table, "weight-bounds": integrals.weight_bounds_table},
+    "measured/error-bars.md": {
+        "coverage": integrals.coverage_table,
+        "replicate-coverage": integrals.replicate_coverage_table,
+        "weight-bounds": integrals.weight_bounds_table,
+    },
     "measured/coverage.md": {
         "coverage-kinds": integrals.coverage_kinds_table,
         "coverage-integrands": integrals.coverage_integrands_table,

@@ -85,6 +85,16 @@ def coverage_table() -> str:
     return markdown(rows, "l")
 
 
+def replicate_coverage_table() -> str:
+    """How often the interval of method="polynomials" holds, and its factor beside the least that would suffice."""
+    measured = read(RESULTS / "replicate_scale.csv")
+    rows = [["d", "evaluations", "factor", "least", "mean coverage", "worst", "of the family"]]
+    for r in measured:
+        worst = min(FAMILIES, key=lambda family: float(r[family]))
+        rows.append([r["d"], r["evaluations"], r["factor"], r["least"], percent(r["mean"]), percent(r[worst]), worst])
+    return markdown(rows, "ll")
+
+
 def coverage_kinds_table() -> str:
     """Coverage and widths by dimension, evaluations and kind of integrand, calibrated and not."""
     measured = read(RESULTS / "coverage_suite.csv")
