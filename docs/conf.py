@@ -33,7 +33,7 @@ exclude_patterns = ["paper"]  # docs/paper/build.sh makes a PDF of it
 
 nb_execution_mode = "cache"  # of those whose code has changed
 nb_execution_raise_on_error = True
-nb_execution_timeout = 120
+nb_execution_timeout = 600
 nb_merge_streams = True
 
 myst_enable_extensions = ["colon_fence", "deflist", "dollarmath", "smartquotes"]
