@@ -5,6 +5,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <span>
 #include <tuple>
@@ -51,15 +52,23 @@ public:
         rows_.periods.resize(entries);
         rows_.border.assign(points, 0.0);
     }
-    // The row of the next point: contacts that come from it, which are put in order.
-    void add(std::span<Contact<D>> row) {
+    // The row of the next point: those of its faces that count, put in order. index_of(site) is
+    // what a site is called in the rows.
+    template <class IndexOf>
+    void add(std::span<Face<D>> row, const IndexOf &index_of) {
+        for (Face<D> &face : row) face.site = index_of(face.site);
+        const auto dropped = std::ranges::remove(row, false, &Face<D>::counts);
+        row = row.first(row.size() - dropped.size());
         const std::size_t begin = rows_.offsets.back();
-        if (row.size() > few || !put_by_rank(row, begin)) {
-            const auto before = [](const Contact<D> &a, const Contact<D> &b) {
-                return std::tie(a.to, a.periods) < std::tie(b.to, b.periods);
+        const bool put = row.size() <= usual ? put_by_rank<usual>(row, begin)
+                         : row.size() <= few ? put_by_rank<few>(row, begin)
+                                             : false;
+        if (!put) {
+            const auto before = [](const Face<D> &a, const Face<D> &b) {
+                return std::tie(a.site, a.periods) < std::tie(b.site, b.periods);
             };
             std::sort(row.begin(), row.end(), before);
-            for (std::size_t k = 0; k < row.size(); ++k) put(begin + k, row[k]);
+            for (std::size_t k = 0; k < row.size(); ++k) put_at(begin + k, row[k]);
         }
         rows_.offsets.push_back(begin + row.size());
     }
@@ -67,102 +76,64 @@ public:
     Neighbours<D> rows() { return std::move(rows_); }
 
 private:
-    static constexpr std::size_t few = 32;
+    static constexpr std::size_t usual = 8, few = 32;
 
-    void put(std::size_t k, const Contact<D> &c) {
-        rows_.indices[k] = c.to;
-        rows_.measures[k] = c.measure;
-        rows_.distances[k] = c.distance;
-        rows_.periods[k] = c.periods;
+    void put_at(std::size_t k, const Face<D> &face) {
+        rows_.indices[k] = face.site;
+        rows_.measures[k] = face.measure;
+        rows_.distances[k] = face.distance;
+        rows_.periods[k] = face.periods;
     }
-    // Puts each contact behind those with a lower index: for few of them this takes less time than
-    // a sort, whose branches are mispredicted. Returns false if two have the same index.
-    bool put_by_rank(std::span<Contact<D>> row, std::size_t begin) {
-        std::array<std::uint32_t, few> to;
-        for (std::size_t k = 0; k < row.size(); ++k) to[k] = row[k].to;
+    // Puts each face behind those with a lower index: for few of them this takes less time than a
+    // sort, whose branches are mispredicted. Returns false if two have the same index.
+    template <std::size_t most>
+    bool put_by_rank(std::span<const Face<D>> row, std::size_t begin) {
+        std::array<std::uint32_t, most> to;
+        to.fill(std::numeric_limits<std::uint32_t>::max()); // lower than none
+        for (std::size_t k = 0; k < row.size(); ++k) to[k] = row[k].site;
         std::size_t sum = 0;
         for (std::size_t k = 0; k < row.size(); ++k) {
             std::uint32_t rank = 0;
-            for (std::size_t j = 0; j < row.size(); ++j) rank += to[j] < to[k];
-            put(begin + rank, row[k]);
+            for (std::size_t j = 0; j < most; ++j) rank += to[j] < to[k];
+            put_at(begin + rank, row[k]);
             sum += rank;
         }
-        return 2 * sum == row.size() * (row.size() - 1) || row.empty();
+        return 2 * sum + row.size() == row.size() * row.size();
     }
 
     Neighbours<D> rows_;
 };
 
-// Contacts in both directions, row after row: those of row r are contacts[offsets[r]] …
-// contacts[offsets[r+1] - 1]. for_each(visit) calls visit(contact) for each, in one direction.
-template <std::size_t D>
-struct ContactRows {
-    template <class ForEach>
-    ContactRows(std::size_t rows, ForEach &&for_each) : offsets(rows + 1, 0) {
-        for_each([&](const Contact<D> &c) { ++offsets[c.from], ++offsets[c.to]; });
-        std::size_t total = 0;
-        for (auto &offset : offsets) total += std::exchange(offset, total);
-        contacts.resize(total);
-        for_each([&](const Contact<D> &c) {
-            contacts[offsets[c.from]++] = c;
-            contacts[offsets[c.to]++] = c.opposite();
-        });
-        for (std::size_t r = rows; r > 0; --r) offsets[r] = offsets[r - 1];
-        offsets[0] = 0;
-    }
-    std::span<Contact<D>> row(std::size_t r) {
-        return {contacts.data() + offsets[r], offsets[r + 1] - offsets[r]};
-    }
-
-    // Fetch ahead where a row begins, and then the row.
-    void fetch_offset(std::size_t r) const { prefetch_to_read(&offsets[r]); }
-    void fetch(std::size_t r) const {
-        const char *const begin = reinterpret_cast<const char *>(contacts.data() + offsets[r]);
-        const char *const end = reinterpret_cast<const char *>(contacts.data() + offsets[r + 1]);
-        for (const char *line = begin; line < end; line += 64) prefetch_to_read(line);
-    }
-
-    LargeArray<std::size_t> offsets;
-    LargeArray<Contact<D>> contacts;
-};
-
-inline Neighbours<1> rows_of(const FacesOnLine &faces) {
-    const std::size_t n = faces.border.size();
-    ContactRows<1> contacts(n, [&](auto &&visit) {
-        for (const Contact<1> &c : faces.shared) visit(c);
-    });
-    RowWriter<1> writer(n, contacts.contacts.size());
+inline Neighbours<1> rows_of(FacesOnLine &&faces) {
+    const std::size_t n = faces.rows.size();
+    std::size_t entries = 0;
+    for (const auto &row : faces.rows) entries += row.size;
+    RowWriter<1> writer(n, entries);
     for (std::size_t i = 0; i < n; ++i) {
-        writer.add(contacts.row(i));
+        writer.add(std::span(faces.rows[i].faces).first(faces.rows[i].size), std::identity{});
         writer.set_border(i, faces.border[i]);
     }
     return writer.rows();
 }
 
-// Rows are made site by site, since neighbours among sites are near in memory, and then written in
-// the order of the points.
+// Rows are settled site by site, since neighbours among sites are near in memory, and then written
+// in the order of the points.
 template <std::size_t D>
-Neighbours<D> rows_of(const FaceCollector<D> &faces, std::size_t points) {
-    const PointTree<D> &tree = faces.tree();
-    ContactRows<D> contacts(tree.sites(), [&](auto &&visit) { faces.for_each_contact(visit); });
+Neighbours<D> rows_of(FaceCollector<D> &faces, std::size_t points) {
     constexpr auto none = std::numeric_limits<std::uint32_t>::max();
-    LargeArray<std::uint32_t> first(tree.sites()), site_of(points);
+    LargeArray<std::uint32_t> site_of(points);
     std::fill(site_of.begin(), site_of.end(), none);
-    for (std::size_t s = 0; s < tree.sites(); ++s) {
-        const auto here = tree.points_at(s);
-        first[s] = *std::min_element(here.begin(), here.end());
-        site_of[first[s]] = static_cast<std::uint32_t>(s);
-    }
-    for (auto &c : contacts.contacts) c.to = first[c.to];
-
-    RowWriter<D> writer(points, contacts.contacts.size());
+    for (std::size_t s = 0; s < faces.sites(); ++s)
+        site_of[faces.first_points()[s]] = static_cast<std::uint32_t>(s);
+    RowWriter<D> writer(points, faces.settle());
     constexpr std::size_t ahead = 8; // rows of points in no order are far apart
     for (std::size_t i = 0; i < points; ++i) {
         const std::uint32_t s = site_of[i], soon = site_of[std::min(i + 2 * ahead, points - 1)];
-        if (soon != none) contacts.fetch_offset(soon);
+        if (soon != none) faces.fetch_offset(soon);
         const std::uint32_t next = site_of[std::min(i + ahead, points - 1)];
-        if (next != none) contacts.fetch(next);
-        writer.add(s == none ? std::span<Contact<D>>{} : contacts.row(s));
+        if (next != none) faces.fetch_row(next);
+        writer.add(s == none ? std::span<Face<D>>{} : faces.row(s),
+                   [&](std::uint32_t site) { return faces.first_points()[site]; });
         if (s != none) writer.set_border(i, faces.border(s));
     }
     return writer.rows();

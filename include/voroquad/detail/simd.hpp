@@ -113,12 +113,32 @@ inline std::uint64_t bits_of(Mask mask) {
 }
 inline bool any(Mask mask) { return bits_of(mask) != 0; }
 
+// The first n bits are set; n ≤ 64.
+inline std::uint64_t first_bits(std::size_t n) {
+    return n < 64 ? (std::uint64_t{1} << n) - 1 : ~std::uint64_t{0};
+}
+
 // Bit i is set where values[i] < threshold; n ≤ 64.
 inline std::uint64_t bits_below(const double *values, std::size_t n, double threshold) {
     std::uint64_t bits = 0;
     for (std::size_t i = 0; i < n; i += width)
         bits |= bits_less(load(values + i), Vector{} + threshold) << i;
-    return n < 64 ? bits & ((std::uint64_t{1} << n) - 1) : bits;
+    return bits & first_bits(n);
+}
+
+// Bit i is set where values[i] = number; n ≤ 64.
+inline std::uint64_t bits_equal(const double *values, std::size_t n, double number) {
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < n; i += width) {
+#if VOROQUAD_VECTORS && defined(__AVX512DQ__)
+        const std::uint64_t same =
+            _mm512_cmp_pd_mask(load(values + i), Vector{} + number, _CMP_EQ_OQ);
+#else
+        const std::uint64_t same = bits_of(load(values + i) == Vector{} + number);
+#endif
+        bits |= same << i;
+    }
+    return bits & first_bits(n);
 }
 
 // Stores the lanes whose bit is set, one after the other; there is room for all.

@@ -65,15 +65,15 @@ public:
 
     // The number of the point across an edge; unknown if others have the same inverse, as rounded
     double number(std::size_t i) const {
-        const Vector x = Vector{} + corner_[0][i * width], y = Vector{} + corner_[1][i * width];
+        const double x = corner_[0][i * width], y = corner_[1][i * width];
         double number = unknown_number;
         int found = 0;
-        for (std::size_t j = 0; j < among_.count; j += width) {
-            const std::uint64_t same =
-                bits_of((load(among_.inverse[0] + j) == x) & (load(among_.inverse[1] + j) == y)) &
-                first_lanes(among_.count - j);
+        for (std::size_t block = 0; block < among_.count; block += 64) {
+            const std::size_t n = std::min<std::size_t>(among_.count - block, 64);
+            const std::uint64_t same = bits_equal(among_.inverse[0] + block, n, x) &
+                                       bits_equal(among_.inverse[1] + block, n, y);
             if (same == 0) continue;
-            number = among_.number[j + static_cast<std::size_t>(std::countr_zero(same))];
+            number = among_.number[block + static_cast<std::size_t>(std::countr_zero(same))];
             found += std::popcount(same);
         }
         return found == 1 ? number : unknown_number;

@@ -10,11 +10,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <optional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -24,7 +24,7 @@
 #include <voroquad/detail/cells/neighbourhood.hpp>
 #include <voroquad/detail/cells/polygon.hpp>
 #include <voroquad/detail/cells/polyhedron.hpp>
-#include <voroquad/detail/cells/turn.hpp>
+#include <voroquad/detail/cells/site_finder.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/memory.hpp>
 #include <voroquad/detail/points/algebra.hpp>
@@ -34,199 +34,25 @@
 
 namespace VOROQUAD::detail {
 
-// So many periods along each axis: -1, 0 or 1
+// A face of a cell, or the end of one on a line: across it is a site, or its image so many periods
+// away.
 template <std::size_t D>
-using Periods = std::array<std::int8_t, D>;
-
-// Two cells that share a face: that of `from`, and of the image of `to` so many periods away
-template <std::size_t D>
-struct Contact {
-    std::uint32_t from, to;
+struct Face {
+    std::uint32_t site;
     Periods<D> periods;
+    bool counts; // for both cells
     double measure, distance;
 
-    Contact opposite() const {
-        Contact other{to, from, periods, measure, distance};
-        for (auto &count : other.periods) count = static_cast<std::int8_t>(-count);
-        return other;
+    bool is(std::uint32_t other, const Periods<D> &image) const {
+        return site == other && std::ranges::equal(periods, image);
     }
 };
 
-// Leaves of a tree and their boxes, side by side for vectors
 template <std::size_t D>
-class LeafList {
-public:
-    // All leaves that reach into a box, in the order of the curve
-    void collect(const PointTree<D> &tree, const Box<D> &box) {
-        box_ = box;
-        leaves_.clear();
-        tree.within(box, std::numeric_limits<double>::min(),
-                    [&](std::size_t leaf) { leaves_.push_back(leaf); });
-        const std::size_t room = padded(leaves_.size());
-        for (std::size_t a = 0; a < D; ++a) {
-            // No place is in what pads the last vector
-            lo_[a].assign(room, std::numeric_limits<double>::infinity());
-            hi_[a].assign(room, -std::numeric_limits<double>::infinity());
-            for (std::size_t i = 0; i < leaves_.size(); ++i) {
-                const Box<D> leaf = tree.leaf_box(leaves_[i]);
-                lo_[a][i] = leaf.lo[a];
-                hi_[a][i] = leaf.hi[a];
-            }
-        }
-    }
-    // Whether all leaves that reach into a place are here
-    bool covers(const Box<D> &place) const {
-        bool inside = true;
-        for (std::size_t a = 0; a < D; ++a)
-            inside &= place.lo[a] >= box_.lo[a] && place.hi[a] <= box_.hi[a];
-        return inside;
-    }
-    // Calls visit(leaf) for those that reach into a place.
-    template <class Visit>
-    void at(const Box<D> &place, Visit &&visit) const {
-        for (std::size_t i = 0; i < leaves_.size(); i += width) {
-            std::uint64_t chosen = all_lanes;
-            for (std::size_t a = 0; a < D; ++a)
-                chosen &= ~(bits_less(Vector{} + place.hi[a], load(&lo_[a][i])) |
-                            bits_less(load(&hi_[a][i]), Vector{} + place.lo[a]));
-            for_each_bit(chosen, [&](std::size_t k) { visit(leaves_[i + k]); });
-        }
-    }
-
-private:
-    Box<D> box_ = Box<D>::empty();
-    std::vector<std::size_t> leaves_;
-    std::array<Numbers, D> lo_, hi_;
-};
-
-// Finds the site, or the image of one, that appears at a place to another site.
-template <std::size_t D>
-class SiteFinder {
-public:
-    SiteFinder(const PointTree<D> &tree, const Bounds<D> &domain) : tree_(tree), domain_(domain) {}
-
-    // Sites near this one are looked for next.
-    void move_to(std::size_t site) {
-        if (site >= begin_ && site < end_) return;
-        const std::size_t family = tree_.family_of(site);
-        begin_ = tree_.leaf_begin(tree_.family_begin(family));
-        end_ = tree_.leaf_begin(tree_.family_begin(family + 1));
-        Box<D> box = tree_.family_box(family);
-        const double reach = near * tree_.spacing_near(family);
-        for (std::size_t a = 0; a < D; ++a) box.lo[a] -= reach, box.hi[a] += reach;
-        near_leaves_.collect(tree_, box);
-    }
-
-    struct Found {
-        std::uint32_t site;
-        Periods<D> periods;
-        double distance;
-    };
-    // What a site sees by its number; search() is called if that is unknown.
-    template <class Search>
-    std::optional<Found> told(const Point<D> &site, double number, Search &&search) const {
-        if (number == unknown_number) return search();
-        if (number == mirror_number) return {};
-        const double code = std::floor(number * 0x1p-32);
-        auto images = static_cast<int>(code);
-        const auto other = static_cast<std::uint32_t>(number - 0x1p32 * code);
-        const Point<D> there = tree_.site(other);
-        Found found{other, {}, 0.0};
-        Point<D> way;
-        for (std::size_t a = 0; a < D; ++a, images /= 3) {
-            const int count = images % 3 - 1;
-            found.periods[a] = static_cast<std::int8_t>(count);
-            way[a] = turn_of(domain_, a, count).way(there[a], site[a]);
-        }
-        found.distance = length(way);
-        return found;
-    }
-    // None where `q`, as a site sees it, is the mirror image of the site in a side of the domain
-    std::optional<Found> find(const Point<D> &site, const Point<D> &q) const {
-        const double size = largest_of(q);
-        if (size == 0.0) return {};
-        std::optional<Found> found;
-        double best = same * size;
-        std::array<std::int8_t, D> low{}, high{};
-        Point<D> error;
-        for (std::size_t a = 0; a < D; ++a) {
-            const double place = site[a] + q[a];
-            error[a] = 0x1p-52 * std::abs(place) + same * size;
-            if (!domain_.periodic[a]) continue;
-            const auto &[lo, hi] = domain_.box;
-            low[a] = place - error[a] < lo[a] ? -1 : place - error[a] < hi[a] ? 0 : 1;
-            high[a] = place + error[a] >= hi[a] ? 1 : place + error[a] >= lo[a] ? 0 : -1;
-        }
-        for (Periods<D> count = low;;) {
-            look(site, q, error, count, best, found);
-            std::size_t a = 0;
-            for (; a < D && count[a] == high[a]; ++a) count[a] = low[a];
-            if (a == D) return found;
-            ++count[a];
-        }
-    }
-
-private:
-    // Relative to a way, what two sites may differ in and be taken for one: inverting a point twice
-    // costs less
-    static constexpr double same = 1e-14;
-    // Leaves within so many spacings of a family are listed: most neighbours are nearer.
-    static constexpr double near = 2.0;
-
-    static double largest_of(const Point<D> &q) {
-        double size = 0.0;
-        for (const double c : q) size = std::max(size, std::abs(c));
-        return size;
-    }
-
-    // Among the images of sites that many periods away
-    void look(const Point<D> &site, const Point<D> &q, const Point<D> &error,
-              const Periods<D> &count, double &best, std::optional<Found> &found) const {
-        std::array<Turn, D> along;
-        Box<D> at;
-        for (std::size_t a = 0; a < D; ++a) {
-            along[a] = turn_of(domain_, a, count[a]);
-            const double place = along[a].home(site[a] + q[a]);
-            const double slack = error[a] + along[a].rounding();
-            at.lo[a] = place - slack;
-            at.hi[a] = place + slack;
-        }
-        const auto look_in_leaf = [&](std::size_t leaf) {
-            const std::size_t end = tree_.leaf_begin(leaf + 1);
-            for (std::size_t s = tree_.leaf_begin(leaf); s < end; s += width) {
-                const std::array<Vector, D> other = tree_.vectors(s);
-                Vector miss{};
-                for (std::size_t a = 0; a < D; ++a) {
-                    const Vector off = along[a].way(other[a], site[a]) - q[a];
-                    miss = larger(miss, larger(off, -off));
-                }
-                const std::uint64_t close =
-                    ~bits_less(Vector{} + best, miss) & first_lanes(end - s);
-                for_each_bit(close, [&](std::size_t i) {
-                    if (miss[i] > best || (found && miss[i] == best)) return;
-                    best = miss[i];
-                    Point<D> way;
-                    for (std::size_t a = 0; a < D; ++a) way[a] = along[a].way(other[a][i], site[a]);
-                    found = Found{static_cast<std::uint32_t>(s + i), count, length(way)};
-                });
-            }
-        };
-        if (near_leaves_.covers(at)) near_leaves_.at(at, look_in_leaf);
-        else tree_.within(at, std::numeric_limits<double>::min(), look_in_leaf);
-    }
-
-    static double length(const Point<D> &p) {
-        const double squared = dot<D>(p, p);
-        if (squared > least_square) return std::sqrt(squared);
-        if constexpr (D == 2) return std::hypot(p[0], p[1]);
-        else return std::hypot(p[0], p[1], p[2]);
-    }
-
-    const PointTree<D> &tree_;
-    const Bounds<D> &domain_;
-    std::size_t begin_ = 0, end_ = 0; // the sites of the family that the leaves are near to
-    LeafList<D> near_leaves_;
-};
+Periods<D> opposite(Periods<D> periods) {
+    for (auto &count : periods) count = static_cast<std::int8_t>(-count);
+    return periods;
+}
 
 inline double length_of(double x, double y) {
     const double squared = x * x + y * y;
@@ -266,85 +92,190 @@ void for_each_side(const ConvexPolyhedron &cell, Visit &&visit) {
     });
 }
 
-// Collects the faces of cells as their sites see them; each worker writes to a list of its own.
+// Collects the faces of cells as their sites see them, and then settles which of them count. Each
+// worker writes to a list of its own.
 template <std::size_t D>
 class FaceCollector {
 public:
     FaceCollector(const PointTree<D> &tree, const Bounds<D> &domain, unsigned workers)
-        : tree_(tree), finders_(workers, SiteFinder<D>(tree, domain)), faces_(workers),
-          surface_(tree.sites()), border_(tree.sites()), nearest_(tree.sites()) {
+        : tree_(tree), finders_(workers, SiteFinder<D>(tree, domain)), lists_(workers),
+          first_points_(tree.sites()), rows_(tree.sites()), surface_(tree.sites()),
+          border_(tree.sites()), nearest_(tree.sites()) {
+        for (std::size_t s = 0; s < tree.sites(); ++s) {
+            const auto here = tree.points_at(s);
+            first_points_[s] = *std::min_element(here.begin(), here.end());
+        }
         // What a cell of uniform points has, and some
-        for (auto &faces : faces_) faces.reserve((D == 2 ? 7 : 17) * tree.sites() / workers + 64);
+        for (auto &list : lists_) list.reserve((D == 2 ? 7 : 17) * tree.sites() / workers + 64);
     }
 
     template <class Cell>
     void add(std::size_t site, const Cell &cell, unsigned worker) {
-        auto &faces = faces_[worker];
+        auto &list = lists_[worker];
         auto &finder = finders_[worker];
-        const std::size_t first = faces.size();
+        const std::size_t first = list.size();
         const Point<D> at = tree_.site(site);
         double surface = 0.0, border = 0.0;
         double nearest = std::numeric_limits<double>::infinity();
         for_each_side(cell, [&](double measure, const auto &across, double number) {
             surface += measure;
             if (measure == 0.0) return;
-            const auto found = finder.told(at, number, [&] {
+            typename SiteFinder<D>::Found found;
+            const bool is_site = finder.told(at, number, found, [&] {
                 finder.move_to(site);
                 return finder.find(at, across());
             });
-            if (!found) {
+            if (!is_site) {
                 border += measure;
                 return;
             }
-            nearest = std::min(nearest, found->distance);
+            nearest = std::min(nearest, found.distance);
             // Rounding may have cut a face in two
-            for (std::size_t f = first; f < faces.size(); ++f)
-                if (faces[f].to == found->site && faces[f].periods == found->periods) {
-                    faces[f].measure += measure;
+            for (std::size_t f = first; f < list.size(); ++f)
+                if (list[f].is(found.site, found.periods)) {
+                    list[f].measure += measure;
                     return;
                 }
-            faces.push_back({static_cast<std::uint32_t>(site), found->site, found->periods, measure,
-                             found->distance});
+            Face<D> &face = list.emplace_back();
+            face.site = found.site;
+            face.periods = found.periods;
+            face.counts = false;
+            face.measure = measure;
+            face.distance = found.distance;
         });
+        rows_[site] = {first, static_cast<std::uint32_t>(list.size() - first), worker};
         surface_[site] = surface;
         border_[site] = border;
         nearest_[site] = nearest;
     }
 
-    const PointTree<D> &tree() const { return tree_; }
+    // Gives both cells of each face the size that one of them tells, and returns how many faces
+    // count in all rows.
+    std::size_t settle() {
+        std::vector<Untold> untold;
+        std::size_t total = 0;
+        for (auto &list : lists_)
+            list.resize(list.size() + usual, Face<D>{}); // a search may read them
+        for (std::size_t s = 0; s < rows_.size(); ++s) {
+            const auto site = static_cast<std::uint32_t>(s);
+            for (Face<D> &face : row(s)) {
+                if (!is_told_by(site, face) || is_rounding(site, face)) continue;
+                face.counts = true;
+                total += 2;
+                const Periods<D> back = opposite<D>(face.periods);
+                if (Face<D> *const same = find(face.site, site, back)) {
+                    same->measure = face.measure;
+                    same->counts = true;
+                } else {
+                    untold.push_back({face.site, {site, back, true, face.measure, face.distance}});
+                }
+            }
+        }
+        add_untold(untold);
+        return total;
+    }
+
+    std::size_t sites() const { return rows_.size(); }
+    // Of the points at a site the first in the caller's order
+    const LargeArray<std::uint32_t> &first_points() const { return first_points_; }
+    std::span<Face<D>> row(std::size_t site) {
+        const Row &row = rows_[site];
+        return {lists_[row.worker].data() + row.first, row.size};
+    }
     // Of the cell of a site, what lies on sides of the domain
     double border(std::size_t site) const { return border_[site]; }
 
-    // Calls visit(contact) for the faces that count, once for both sites.
-    template <class Visit>
-    void for_each_contact(Visit &&visit) const {
-        for (const auto &faces : faces_)
-            for (const Contact<D> &c : faces)
-                if (is_told_by_first(c) && !is_rounding(c)) visit(c);
+    // Fetch ahead where the row of a site begins, and then the row.
+    void fetch_offset(std::size_t site) const { prefetch_to_read(&rows_[site]); }
+    void fetch_row(std::size_t site) {
+        for (const Face<D> &face : row(site)) prefetch_to_read(&face);
     }
 
 private:
     static constexpr double rounding = 1e-12;
+    static constexpr std::size_t usual = 8; // faces
 
-    bool is_told_by_first(const Contact<D> &c) const {
-        if (c.from == c.to) return c.periods > Periods<D>{};
-        return std::pair{nearest_[c.from], c.from} < std::pair{nearest_[c.to], c.to};
+    // Where the faces of a cell stand in the list of a worker
+    struct Row {
+        std::size_t first;
+        std::uint32_t size, worker;
+    };
+    // A face that counts, but that the cell of the site has not listed
+    struct Untold {
+        std::uint32_t site;
+        Face<D> face;
+    };
+
+    // The face of a cell that is shared with an image of a site; a few are looked at together,
+    // since the end of a loop that takes one after the other is mispredicted.
+    Face<D> *find(std::uint32_t cell, std::uint32_t site, const Periods<D> &periods) {
+        const std::span<Face<D>> faces = row(cell);
+        for (std::size_t begin = 0; begin < faces.size(); begin += usual) {
+            const Face<D> *const face = faces.data() + begin;
+            std::uint32_t same = 0;
+            for (std::size_t k = 0; k < usual; ++k)
+                same |= std::uint32_t{face[k].site == site} << k;
+            for (; same != 0; same &= same - 1) {
+                const std::size_t f = begin + static_cast<std::size_t>(std::countr_zero(same));
+                if (f < faces.size() && faces[f].is(site, periods)) return &faces[f];
+            }
+        }
+        return nullptr;
     }
-    bool is_rounding(const Contact<D> &c) const {
-        return c.measure <= rounding * std::min(surface_[c.from], surface_[c.to]);
+    bool is_told_by(std::uint32_t site, const Face<D> &face) const {
+        if (face.site == site) return face.periods > Periods<D>{};
+        const double here = nearest_[site], there = nearest_[face.site];
+        return (here < there) | ((here == there) & (site < face.site));
+    }
+    bool is_rounding(std::uint32_t site, const Face<D> &face) const {
+        return face.measure <= rounding * surface_[site] &&
+               face.measure <= rounding * surface_[face.site];
+    }
+    // Adds faces to the rows of sites; these are written anew.
+    void add_untold(std::vector<Untold> &untold) {
+        std::stable_sort(untold.begin(), untold.end(),
+                         [](const Untold &a, const Untold &b) { return a.site < b.site; });
+        auto &list = lists_.front();
+        for (std::size_t k = 0; k < untold.size();) {
+            const std::uint32_t site = untold[k].site;
+            const std::size_t first = list.size(), listed = rows_[site].size;
+            for (std::size_t f = 0; f < listed; ++f) {
+                const Face<D> face = row(site)[f];
+                list.push_back(face);
+            }
+            for (; k < untold.size() && untold[k].site == site; ++k) list.push_back(untold[k].face);
+            rows_[site] = {first, static_cast<std::uint32_t>(list.size() - first), 0};
+        }
     }
 
     const PointTree<D> &tree_;
     std::vector<SiteFinder<D>> finders_; // of each worker
-    std::vector<LargeArray<Contact<D>>> faces_;
-    std::vector<double> surface_, border_, nearest_; // of the cell of each site
+    std::vector<LargeArray<Face<D>>> lists_;
+    LargeArray<std::uint32_t> first_points_;
+    LargeArray<Row> rows_;                          // of each site
+    LargeArray<double> surface_, border_, nearest_; // of its cell
 };
 
-// The ends that cells on a line share, each once, between points, and of each cell how many ends
-// lie on those of the domain.
+// The ends of the cells of points on a line, at most two each, and how many more lie on the ends of
+// the domain.
 struct FacesOnLine {
-    std::vector<Contact<1>> shared;
+    struct Row {
+        std::array<Face<1>, 2> faces;
+        std::size_t size = 0;
+    };
+    std::vector<Row> rows;
     std::vector<double> border;
+
+    // Adds an end to both cells; it measures 1.
+    void share(std::uint32_t from, std::uint32_t to, std::int8_t periods, double distance) {
+        add(from, to, periods, distance);
+        add(to, from, static_cast<std::int8_t>(-periods), distance);
+    }
+
+private:
+    void add(std::uint32_t point, std::uint32_t to, std::int8_t periods, double distance) {
+        rows[point].faces[rows[point].size++] = {to, {periods}, true, 1.0, distance};
+    }
 };
 
 // On a line cells share ends, which measure 1.
@@ -365,14 +296,13 @@ inline FacesOnLine faces_on_line(const PointView<1> &points, const Bounds<1> &do
         if (sites.empty() || sites.back().x != x) sites.push_back({x, i});
         sites.back().first = std::min(sites.back().first, i);
     }
-    FacesOnLine faces{{}, std::vector<double>(n)};
+    FacesOnLine faces{std::vector<FacesOnLine::Row>(n), std::vector<double>(n)};
     for (std::size_t k = 1; k < sites.size(); ++k)
-        faces.shared.push_back(
-            {sites[k - 1].first, sites[k].first, {0}, 1.0, sites[k].x - sites[k - 1].x});
+        faces.share(sites[k - 1].first, sites[k].first, 0, sites[k].x - sites[k - 1].x);
     if (!sites.empty()) {
         const Site &low = sites.front(), &high = sites.back();
         if (domain.periodic[0]) {
-            faces.shared.push_back({high.first, low.first, {1}, 1.0, (low.x - lo) + (hi - high.x)});
+            faces.share(high.first, low.first, 1, (low.x - lo) + (hi - high.x));
         } else {
             faces.border[low.first] += 1.0;
             faces.border[high.first] += 1.0;
