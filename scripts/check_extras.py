@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import argparse
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -40,11 +41,12 @@ def python(program: str) -> tuple[str, ...]:
 
 @dataclass(frozen=True)
 class Case:
-    """What an extra is for, and the files that this writes."""
+    """What an extra is for, the files that this writes, and a program that its installation needs."""
 
     extra: str
     commands: tuple[tuple[str, ...], ...]
     files: tuple[str, ...] = ()
+    needs: str | None = None
 
 
 CASES = (
@@ -75,6 +77,7 @@ CASES = (
             python("import freud, pyvoro2"),
         ),
         ("out/index.html",),
+        needs="cc",  # of qmctoolscl, on which QMCPy depends, there is no wheel for Linux
     ),
     Case("explore", (python(EXPLORE),)),
     Case(
@@ -113,9 +116,10 @@ def faults(case: Case, wheel: Path, folder: Path) -> Iterator[str]:
     programs = folder / "venv" / ("Scripts" if sys.platform == "win32" else "bin")
     work = folder / "work"
     work.mkdir()
-    # The programs of the environment only: no compiler
+    # The programs of the environment only: no compiler, unless the extra needs one
     environment = {name: value for name, value in os.environ.items() if not name.startswith("PYTHON")}
-    environment |= {"PATH": str(programs), "HOME": str(folder)}
+    needed = shutil.which(case.needs) if case.needs else None
+    environment["PATH"] = os.pathsep.join([str(programs), *([str(Path(needed).parent)] if needed else [])])
     start = time.perf_counter()
     required = f"{wheel}[{case.extra}]" if case.extra else str(wheel)
     commands = [("python", "-m", "pip", "install", "-q", "--only-binary", "voroquad", required), *case.commands]
