@@ -4,7 +4,8 @@
 
 Row after row goes to benchmarks/results/auto_setting.csv; what is there already is not measured again. Each row is a
 candidate: its variance per second over that of the first one, the geometric mean over SEEDS pilots (`predicted`); how
-many of them took it (`taken`); and the pilot's samples over those of the image (`pilot`). Images have 160×120 pixels.
+many of them took it (`taken`); the pilot's samples over those of the image (`pilot`); and what the pilot reckons that a
+sample of the candidate costs (`cost`). Images have 160×120 pixels.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ from voroquad.mitsuba.rounds import pilot_seed
 
 SEEDS = 8
 TABLE = RESULTS / "auto_setting.csv"
-COLUMNS = ("scene", "spp", "candidate", "predicted", "taken", "pilots", "pilot")
+COLUMNS = ("scene", "spp", "candidate", "predicted", "taken", "pilots", "pilot", "cost")
 
 
 def rows_of(stage: Stage, spp: int) -> Rows:
@@ -35,7 +36,7 @@ def rows_of(stage: Stage, spp: int) -> Rows:
     own = Shared(stage.scene, sensor, known_domain(stage.scene, sensor, jitter=True), True)
     methods = pilot.candidates(own, [spp])
     if not methods:
-        return [[stage.case.scene, spp, f"weights-{own.domain}", 1, SEEDS, SEEDS, 0]]
+        return [[stage.case.scene, spp, f"weights-{own.domain}", 1, SEEDS, SEEDS, 0, 1]]
     step = pilot.pilot_step(sensor, methods, spp)
     assert step is not None
     ratios, taken = [], []
@@ -55,6 +56,7 @@ def rows_of(stage: Stage, spp: int) -> Rows:
             taken.count(method.name),
             SEEDS,
             f"{part:.4f}",
+            method.cost,
         ]
         for method, values in zip(methods, np.transpose(ratios), strict=True)
     ]

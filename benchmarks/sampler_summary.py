@@ -25,8 +25,6 @@ OWENSOBOL, WEIGHTS, ADAPTIVE = "owensobol sz", "weights", "adaptive"
 OURS = (OWENSOBOL, "owensobol joe-kuo", "owensobol sz none", ADAPTIVE, WEIGHTS, "weights of its own")
 #: Rows of samplers.csv that the candidates of a pilot are; weights of a domain are WEIGHTS
 CANDIDATES = {"owensobol": OWENSOBOL, "mitsuba-multijitter": "multijitter", "adaptive": ADAPTIVE, "own": "independent"}
-#: As in `voroquad.mitsuba.methods`
-COSTS = {ADAPTIVE: 1.1}
 COLUMNS = ("quantity", "spp", "geometric_mean", "scenes", "below_one", "worst", "worst_scene")
 Errors = dict[str, dict[str, float]]  # of each sampler, by their names
 
@@ -65,7 +63,7 @@ def chosen(errors: Errors, pilots: list[dict[str, str]]) -> float:
     for row in pilots:
         if taken := int(row["taken"]) / int(row["pilots"]):
             name = WEIGHTS if row["candidate"].startswith("weights-") else CANDIDATES[row["candidate"]]
-            total += taken * errors[name]["mse"] * (COSTS.get(name, 1.0) + float(row["pilot"]))
+            total += taken * errors[name]["mse"] * (float(row["cost"]) + float(row["pilot"]))
     return total / least(errors, MITSUBAS)
 
 

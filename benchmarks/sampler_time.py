@@ -6,7 +6,8 @@ First the nanoseconds of a pair of coordinates (`next_2d`) of each sampler, in t
 sampler_draws.csv. Then renders of each scene by `multijitter`, `owensobol` and adaptive samples, in turns and in
 alternating order, after two that compile: benchmarks/results/sampler_time.csv, a line per turn with the seconds by the
 clock and of the processor. What is there already, by as many turns, is not measured again without `--again`. Prints the
-median of the ratios in each turn, with the interval between the order statistics that cover it with at least 95 %.
+median of the ratios in each turn, with the interval between the order statistics that cover it with at least 95 %, and
+what an adaptive sample costs over one of `owensobol`, which the pilot of a render reckons with (`methods.ADAPTIVE`).
 """
 
 from __future__ import annotations
@@ -114,6 +115,7 @@ def main() -> None:
     for name in SAMPLERS:
         print(name, f"{np.median([float(row['nanoseconds']) for row in drawn if row['sampler'] == name]):.2f} ns")
     cases = {case.scene: case for case in CASES}
+    costs = []
     for scene in options.scenes:
         if options.again or len(known(scene)) < options.pairs:
             size = parse_size(options.size)
@@ -129,6 +131,8 @@ def main() -> None:
                 sep="; ",
                 flush=True,
             )
+        costs.append(np.median([float(row["adaptive_cpu"]) / float(row["owensobol_cpu"]) for row in rows_of_scene]))
+    print(f"cost of adaptive samples, geometric mean over the scenes: {np.exp(np.log(costs).mean()):.3f}")
 
 
 if __name__ == "__main__":

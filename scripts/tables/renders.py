@@ -194,7 +194,6 @@ def pilots_table() -> str:
     """What pilots find of their candidates, beside the errors of whole images."""
     rows = [["scene", "spp", "candidate", "pilots say", "taken by", "in images", "pilot's samples"]]
     of_samplers = {"adaptive": "adaptive", "mitsuba-multijitter": "multijitter", "own": "independent"}
-    cost = {"adaptive": 1.1}  # of a sample, as the pilot reckons
     mse = {(r["scene"], r["spp"], r["sampler"]): float(r["mse"]) for r in read(RESULTS / "samplers.csv")}
     for r in read(RESULTS / "auto_setting.csv"):
         scene, spp, name = r["scene"], r["spp"], r["candidate"]
@@ -203,7 +202,7 @@ def pilots_table() -> str:
         weights = {"spectral": "weights-wavelength"}.get(scene, name if name.startswith("weights") else "")
         sampler = "weights" if name == weights else of_samplers.get(name, "")
         keys = ((scene, spp, sampler), (scene, spp, DEFAULT_SAMPLER))
-        seen = f"{cost.get(name, 1) * mse[keys[0]] / mse[keys[1]]:.2f}" if all(key in mse for key in keys) else ""
+        seen = f"{float(r['cost']) * mse[keys[0]] / mse[keys[1]]:.2f}" if all(key in mse for key in keys) else ""
         part = f"{100 * float(r['pilot']):.0f} %"
         rows.append([scene, spp, name, f"{float(r['predicted']):.2f}", f"{r['taken']} of {r['pilots']}", seen, part])
     return markdown(rows, "lrl")

@@ -168,9 +168,9 @@ class Adaptive(Plain):
 
         def of_pixels(pixels: Integers) -> tuple[Floats, Floats, Floats]:
             means = self._means(scene, sensor, seed, pixels, np.zeros_like(pixels), spp, blocks, squares=True)
-            by_block = means.reshape(len(pixels), blocks, -1).swapaxes(0, 1)
-            # Block after block in memory: sums over a short axis that is inside are slow
-            of_blocks = np.ascontiguousarray(by_block, np.float64).swapaxes(0, 1)
+            # Pixels last in memory: sums over short axes that are inside are slow
+            by_block = means.reshape(len(pixels), blocks, -1).transpose(1, 2, 0)
+            of_blocks = np.ascontiguousarray(by_block, np.float64).transpose(2, 0, 1)
             columns, squares = of_blocks[..., :-_COLOURS], of_blocks[..., -_COLOURS:].mean(1)
             return columns.mean(1), *of_a_sample(columns[..., :_COLOURS], squares, number)
 

@@ -149,14 +149,18 @@ class Sharing:
         weighed = noise / light ** POWERS[self.adaptive]
         measured = weighed if self.adaptive == "relative" else noise
         doublings = (self.most(spp) // self.at_least).bit_length() - 1
-        levels = self.at_least * 2 ** np.arange(doublings)  # samples of a pixel before each doubling
-        gain = weighed[:, None] / levels ** (RATE + 1)
-        wanted = measured[:, None] > self.target**2 * levels
+        levels = self.at_least * 2 ** np.arange(doublings)[:, None]  # samples of a pixel before each doubling
+        # Pixels by their noise: gains then fall along each level, and runs in order are sorted fast
+        ranked = np.argsort(-weighed, kind="stable")
+        gain = weighed[ranked] / levels ** (RATE + 1)
+        wanted = measured[ranked] > self.target**2 * levels
         order = np.argsort(-np.where(wanted, gain, -1.0), axis=None, kind="stable")
         cost = np.broadcast_to(levels, gain.shape).ravel()[order]
         doubled = np.zeros(gain.size, bool)
         doubled[order] = np.cumsum(cost) <= (spp - self.at_least) * len(noise)
-        return np.asarray(self.at_least * 2 ** (doubled.reshape(gain.shape) & wanted).sum(1), np.int64)
+        number = np.empty(len(noise), np.int64)
+        number[ranked] = self.at_least * 2 ** (doubled.reshape(gain.shape) & wanted).sum(0)
+        return number
 
 
 def of_a_sample(blocks: Floats, squares: Floats, number: int) -> tuple[Floats, Floats]:

@@ -139,7 +139,8 @@ WEIGHTS = RenderMethod(
     {"sampler": "stratified", "weighted": True, "blend": "auto"} | OWEN_SOBOL.properties,
     Line(VERMILION, "dotted", "diamond"),
 )  # fmt: skip
-#: Its cost is an estimate for large images: the pilot's samples take a wavefront before those of the rest
+#: Its cost is an estimate: noise must be measured and samples shared out, and pixels with much noise often have longer
+#: paths (benchmarks/sampler_time.py)
 ADAPTIVE = RenderMethod(
     "adaptive", "adaptive", "plain", {"adaptive": KINDS[0]}, Line(SKY, "solid"), cost=1.1,
     around=(len(NEIGHBOURS) + 2) * Sharing.at_least,
