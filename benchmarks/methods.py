@@ -2,8 +2,7 @@
 
 Squared errors on one member of each of Genz's eight families, the mean over repetitions, then the geometric mean over
 the families. The methods but "pilot" and "polynomials" take all families in one call: their weights are the same.
-Writes benchmarks/results/methods.csv, where lines that
-are not measured stay.
+Writes benchmarks/results/methods.csv, where lines that are not measured stay.
 
     VOROQUAD_NUM_THREADS=1 nice -n 19 python benchmarks/methods.py --repetitions 4
 """

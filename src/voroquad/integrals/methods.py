@@ -33,8 +33,9 @@ OWN_POINTS = {
 
 #: Points of an estimate from which the default is the pilot rule, in up to three dimensions, or polynomials fitted to
 #: replicates, above, by dimension: benchmarks/results/methods.csv. In the plane the values choose a model of up to
-#: 2048 points, and the pilot rule is ahead of kriging and of local polynomials from there on; in three kriging is ahead
-#: on one of the eight families until there. From five on the two hardly differ there, but in their cost.
+#: 2048 points, and the pilot rule is ahead of kriging and of local polynomials from there on. In three, kriging is
+#: ahead on four of the eight families with 2048 points, on two with 4096 and on one with 8192. In six it still has a
+#: little less error with 16384 points than polynomials, but costs far more.
 MANY_POINTS = {1: 2049, 2: 2049, 3: 8000, 4: 8192} | dict.fromkeys(range(5, replicates.HIGHEST_DIMENSION + 1), 16_384)
 
 #: Points of an estimate from which ``adapt="auto"`` takes a first look at the integrand, by dimension, where the
