@@ -31,6 +31,8 @@ RESULT = Path(__file__).parent / "results" / "adaptation.csv"
 N, MEMBERS, REPETITIONS = 8000, 4, 6
 Function = Callable[[np.ndarray], np.ndarray]
 Family = Callable[[int, np.random.Generator], Function]
+#: Of a function, its dimension, a seed and a number of evaluations: the mean, and whether its interval holds 1
+Method = Callable[[Function, int, int, int], tuple[float, bool]]
 
 
 def width(typical: float, rng: np.random.Generator) -> float:
@@ -133,9 +135,9 @@ def members(family: Family, d: int, seed: int = 18) -> Iterator[Function]:
         yield family(d, np.random.default_rng([seed, d, k]))
 
 
-def by_quad(adapt: bool | str) -> Callable[[Function, int, int], tuple[float, bool]]:
-    def estimate(f: Function, d: int, seed: int) -> tuple[float, bool]:
-        r = vq.quad(f, [0] * d, [1] * d, n_points=N, adapt=adapt, rng=seed)
+def by_quad(adapt: bool | str) -> Method:
+    def estimate(f: Function, d: int, seed: int, n: int) -> tuple[float, bool]:
+        r = vq.quad(f, [0] * d, [1] * d, n_points=n, adapt=adapt, rng=seed)
         low, high = r.confidence_interval()
         return float(r.integral), bool(low <= 1 <= high) or bool(r.warnings)
 
@@ -146,23 +148,23 @@ def covered(mean: float, error: float) -> tuple[float, bool]:
     return mean, abs(mean - 1) <= 1.96 * error
 
 
-def by_vegas(f: Function, d: int, seed: int) -> tuple[float, bool]:
+def by_vegas(f: Function, d: int, seed: int, n: int) -> tuple[float, bool]:
     integrator = vegas.Integrator([[0, 1]] * d, ran_array_generator=np.random.default_rng([seed, 1]).random)
     batch = vegas.batchintegrand(lambda x: f(x.T))
-    integrator(batch, nitn=2, neval=N // 5)
-    r = integrator(batch, nitn=3, neval=N // 5)
+    integrator(batch, nitn=2, neval=n // 5)
+    r = integrator(batch, nitn=3, neval=n // 5)
     return covered(float(r.mean), float(r.sdev))
 
 
-def by_tuned_vegas(f: Function, d: int, seed: int) -> tuple[float, bool]:
+def by_tuned_vegas(f: Function, d: int, seed: int, n: int) -> tuple[float, bool]:
     integrator = vegas.Integrator([[0, 1]] * d, alpha=0.8, ran_array_generator=np.random.default_rng([seed, 2]).random)
     batch = vegas.batchintegrand(lambda x: f(x.T))
-    integrator(batch, nitn=5, neval=int(0.4 * N / 5))
-    r = integrator(batch, nitn=1, neval=int(0.6 * N), adapt=False)
+    integrator(batch, nitn=5, neval=int(0.4 * n / 5))
+    r = integrator(batch, nitn=1, neval=int(0.6 * n), adapt=False)
     return covered(float(r.mean), float(r.sdev))
 
 
-METHODS = {
+METHODS: dict[str, Method] = {
     "vegas": by_vegas,
     "tuned": by_tuned_vegas,
     "adapt=False": by_quad(False),
@@ -182,7 +184,7 @@ def main() -> None:
             kept = {(d, name, method): row for d, name, method, *row in list(csv.reader(file))[1:]}
     for d, name, family in CASES:
         for method in chosen:
-            found = np.array([[METHODS[method](f, d, s) for s in range(REPETITIONS)] for f in members(family, d)])
+            found = np.array([[METHODS[method](f, d, s, N) for s in range(REPETITIONS)] for f in members(family, d)])
             mse = np.exp(np.log(np.square(found[..., 0] - 1).mean(axis=1)).mean())
             kept[str(d), name, method] = [f"{mse:.1e}", f"{found[..., 1].mean():.2f}"]
         rows = [[*key, *kept[key]] for key in itertools.product([str(d)], [name], METHODS) if key in kept]

@@ -35,8 +35,10 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "stress": integrals.stress_table,
         "asian-options": integrals.asian_options_table,
         "peaks": integrals.peaks_table,
+        "peaks-in-time": integrals.peaks_in_time_table,
         "smooth-cost": integrals.smooth_cost_table,
         "domain-maps": integrals.domain_maps_table,
+        "domain-rates": integrals.domain_rates_table,
         "memory": integrals.memory_table,
     },
     "measured/error-bars.md": {

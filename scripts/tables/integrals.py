@@ -254,6 +254,19 @@ def domain_maps_table() -> str:
     return markdown(rows, "ll")
 
 
+def domain_rates_table() -> str:
+    """Errors on bodies and on the box by number of evaluations, and their rate."""
+    measured = read(RESULTS / "domain_rates.csv")
+    sizes = sorted({int(r["n"]) for r in measured})
+    rows = [["d", "body", "integrand", *map(str, sizes), "rate"]]
+    for kind in ("polynomial", "peak"):
+        for d, body in dict.fromkeys((r["d"], r["body"]) for r in measured):
+            own = {int(r["n"]): float(r["error"]) for r in measured if (r["body"], r["integrand"]) == (body, kind)}
+            rate = math.log(own[sizes[-1]] / own[sizes[0]]) / math.log(sizes[-1] / sizes[0])
+            rows.append([d, body, kind, *(scientific(own[n]) for n in sizes), f"{rate:.1f}"])
+    return markdown(rows, "lll")
+
+
 def peaks_table() -> str:
     """Mean squared errors on peaks by method."""
     measured = read(RESULTS / "adaptation.csv")
@@ -262,6 +275,23 @@ def peaks_table() -> str:
     for d, name in dict.fromkeys((r["d"], r["integrand"]) for r in measured):
         own = {r["method"]: float(r["mse"]) for r in measured if (r["d"], r["integrand"]) == (d, name)}
         rows.append([d, name, *(scientific(own[m]) for m in methods)])
+    return markdown(rows, "ll")
+
+
+def peaks_in_time_table() -> str:
+    """Mean squared errors on peaks of `quad` over those of vegas at equal processor time, and what each spends."""
+    measured = read(RESULTS / "adaptation_time.csv")
+    peers = list(dict.fromkeys(r["peer"] for r in measured))
+    rows = [["d", "integrand", "quad, ms", *peers, *(f"evaluations of {peer}" for peer in peers)]]
+    ratios: dict[str, list[float]] = {peer: [] for peer in peers}
+    for d, name in dict.fromkeys((r["d"], r["integrand"]) for r in measured):
+        own = {r["peer"]: r for r in measured if (r["d"], r["integrand"]) == (d, name)}
+        for peer in peers:
+            ratios[peer].append(float(own[peer]["mse"]) / float(own[peer]["mse_peer"]))
+        spent = short(statistics.mean(float(own[peer]["milliseconds"]) for peer in peers))
+        rows.append([d, name, spent, *(short(ratios[p][-1]) for p in peers), *(own[p]["evaluations"] for p in peers)])
+    means = [short(statistics.geometric_mean(ratios[peer])) for peer in peers]
+    rows.append(["", "geometric mean", "", *means, *[""] * len(peers)])
     return markdown(rows, "ll")
 
 

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from .geometry.sphere import sphere_points, sphere_weights
     from .geometry.triangulation import Triangulation
     from .integrals.diagnostics import IntegrationWarning
-    from .integrals.domains import Ball, Polygon, Polytope, Simplex, SphereSurface, Triangle
+    from .integrals.domains import Ball, PolarBall, Polygon, Polytope, Simplex, SphereSurface, Triangle
     from .integrals.measures import PiecewiseUniform, ProductMeasure
     from .integrals.progress import IntegrationInterrupted, Progress
     from .integrals.quad import quad
@@ -42,6 +42,7 @@ __all__ = [
     "IntegrationWarning",
     "Neighbours",
     "PiecewiseUniform",
+    "PolarBall",
     "Polygon",
     "Polygons",
     "Polyhedra",
@@ -75,6 +76,7 @@ _HOMES = {
     "IntegrationWarning": ".integrals.diagnostics",
     "Neighbours": ".geometry.neighbours",
     "PiecewiseUniform": ".integrals.measures",
+    "PolarBall": ".integrals.domains",
     "Polygon": ".integrals.domains",
     "Polygons": ".geometry.shapes",
     "Polyhedra": ".geometry.shapes",

@@ -51,18 +51,18 @@ class Adaptation:
     Attributes
     ----------
     adapted : bool
-        Whether the estimate is behind a learned map.
+        Whether the estimate uses a learned map.
     nodes : ndarray, (d, 25)
-        Where the map takes 0, 1/24, …, 1 along each axis of the unit box. Without leaves the intervals between nodes
-        have equally many samples, of those with samples of their own not. Of a box with finite limits x = a + (b − a)
-        nodes.
+        Images of 0, 1/24, …, 1 under the map, along each axis of the unit box; in a box with finite limits they are at
+        a + (b − a) nodes. If there is one leaf, the intervals between nodes have equally many samples.
     low, high : ndarray, (leaves, d)
-        Corners of the boxes that have samples of their own, in the unit box behind the map.
+        Corners of the boxes (leaves of a tree) that have their own samples, in the unit box that the map takes to the
+        domain.
     concentration : float
-        Part of the samples of the first round that the integral rests on, (Σ\|f\|)² / (n Σ f²), the largest of all
-        components: what suits a peak costs a smooth component of the same integrand its digits.
+        Part of the samples of the first round that the integral rests on, (Σ\|f\|)² / (n Σ f²). Of several components
+        the largest counts, because a map for a peak costs a smooth component its digits.
     n_pilot : int
-        Evaluations of the pilot.
+        Evaluations of the pilot, which take no part in the estimate.
     """
 
     adapted: bool
@@ -161,8 +161,8 @@ class Learner:
         return found_in < CONCENTRATED.get(self.region.d, IN_MANY_DIMENSIONS)
 
     def adapts(self, u: Array, values: Array) -> bool:
-        """Whether to adapt where the first values are (fields, n) at u (d, n): to what is concentrated or has powers
-        at the faces, in each component that is not 0."""
+        """Whether to adapt, from the first values (fields, n) at u (d, n): if each component that is not 0 is
+        concentrated or has powers at the faces."""
         return self.always or self.concentrated(concentration(values[~has_end_powers(u, values)]))
 
     @property

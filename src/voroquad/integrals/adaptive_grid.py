@@ -56,8 +56,8 @@ class AdaptiveGrid:
     report: Callable[[Adaptation], None]
 
     def __call__(self, n: int, before: int = 0, with_gradients: Callable[[int], Estimate] | None = None) -> Estimate:
-        """An estimate from at most n evaluations for each set, and as many more as there were before, of which it makes
-        no use. The rule does not keep gradients: values that have them go to another, if one is given."""
+        """An estimate from at most n evaluations for each set. The evaluations `before` are counted, but not used. The
+        rule does not keep gradients: values that have them go to `with_gradients`, if that is given."""
         d = self.pilot.region.d
         size = round_size(n, 1)
         plain = self.run(grid_side(n, d))
@@ -94,7 +94,7 @@ class AdaptiveGrid:
         return run
 
     def tell(self, warp: SeparableMap, found_in: float, n: int, adapted: bool) -> None:
-        """Report what n evaluations found that take no part in the estimate."""
+        """Report what the pilot found, and its n evaluations, which take no part in the estimate."""
         whole = Partition.whole(len(warp.nodes))
         self.report(Adaptation(adapted, warp.nodes, whole.low, whole.high, found_in, n))
 

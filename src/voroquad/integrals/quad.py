@@ -117,8 +117,8 @@ def quad(
         list, the limits of coordinate i may be callables of the coordinates after it, x_{i+1}, …, x_{d−1}, as in
         `scipy.integrate.nquad`; they get and return arrays (n,).
         Alternatively `a` is a domain and `b` is left out: a :class:`~voroquad.Triangle`, :class:`~voroquad.Simplex`,
-        :class:`~voroquad.Ball`, :class:`~voroquad.SphereSurface`, :class:`~voroquad.Polygon` or
-        :class:`~voroquad.Polytope`.
+        :class:`~voroquad.Ball`, :class:`~voroquad.PolarBall`, :class:`~voroquad.SphereSurface`,
+        :class:`~voroquad.Polygon` or :class:`~voroquad.Polytope`.
     measure : ProductMeasure or PiecewiseUniform, optional
         The measure μ of ∫ f dμ, instead of limits. For a probability measure this is an expectation. The pieces of a
         PiecewiseUniform share n_points in proportion to their counts. Five or more normal coordinates are rotated such
