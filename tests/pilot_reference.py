@@ -42,11 +42,28 @@ def error_along(line: Array, i: int, r: int) -> float:
         return max((abs(line[j] - line[i]) for j in (i - 1, i + 1) if 0 <= j < k), default=0.0) / 2
     begin = begin_of(i, r, k)
     difference = np.diff(line[begin : begin + r], n=r - 1)[0] / math.comb(r - 1, (r - 1) // 2)
+    return float(difference * amplitude(i - begin, r))
 
-    def size(start: int) -> float:
-        return mean_over_cell(Polynomial.fromroots(np.arange(start, start + r) - i) ** 2)
 
-    return float(difference * math.sqrt(size(begin) / size(i - (r - 1) // 2)))
+@cache
+def amplitude(place: int, r: int) -> float:
+    """How much larger the error of a stencil of size r is at one of its places than in its middle."""
+
+    def size(at: int) -> float:
+        return mean_over_cell(Polynomial.fromroots(np.arange(r) - at) ** 2)
+
+    return math.sqrt(size(place) / size((r - 1) // 2))
+
+
+def error_across(plane: Array, i: int, j: int, r: int) -> float:
+    """How far the product of the errors along two axes is off at a cell (i, j) of their plane; 0 in its middle."""
+    begins = [begin_of(c, r, len(plane)) for c in (i, j)]
+    places = [c - begin for c, begin in zip((i, j), begins, strict=True)]
+    if r == 1 or all(place == (r - 1) // 2 for place in places):
+        return 0.0
+    block = plane[begins[0] : begins[0] + r, begins[1] : begins[1] + r]
+    mixed = np.diff(np.diff(block, n=r - 1, axis=0), n=r - 1, axis=1)[0, 0] / math.comb(r - 1, (r - 1) // 2) ** 2
+    return float(mixed * amplitude(places[0], r) * amplitude(places[1], r))
 
 
 @cache
@@ -91,6 +108,9 @@ def pilot(f: Callable[[Array], Array], n: int, d: int, keys: Array) -> tuple[flo
         for q, r in enumerate(sizes):
             lines = [grid[(*cell[:a], slice(None), *cell[a + 1 :])] for a in range(d)]
             raw[(q, *cell)] = sum(error_along(lines[a], cell[a], r) ** 2 for a in range(d))
+            for a, b in itertools.combinations(range(d), 2):
+                plane = grid[tuple(slice(None) if c in (a, b) else cell[c] for c in range(d))]
+                raw[(q, *cell)] += error_across(plane, cell[a], cell[b], r) ** 2
     around = np.zeros_like(raw)
     for cell in cells:
         box = tuple(slice(max(i - 1, 0), i + 2) for i in cell)
@@ -98,7 +118,9 @@ def pilot(f: Callable[[Array], Array], n: int, d: int, keys: Array) -> tuple[flo
     judged = raw + 0.3 * around / 3**d
     pick = judged.argmin(axis=0)
 
-    demand = np.cbrt(judged.min(axis=0) + (1e-16 * np.abs(grid).max()) ** 2).ravel()
+    largest = np.abs(grid).max()
+    unit = 2.0 ** np.frexp(largest)[1]  # steps of the demand begin at another number in other units
+    demand = np.cbrt((judged.min(axis=0) + (1e-16 * largest) ** 2) / unit**2).ravel()
     steps = np.floor(512 * np.log2(demand)).astype(int)
     steps += np.array([((i * 0x9E3779B97F4A7C15) % 2**64) >> 55 for i in range(len(cells))])
 

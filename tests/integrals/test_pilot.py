@@ -46,6 +46,18 @@ def test_every_number_is_that_of_the_definition(d, n):
     assert r.degrees_of_freedom == pytest.approx(freedom[0], rel=1e-6)
 
 
+@pytest.mark.parametrize("n", [6000, 8192, 12_000])
+def test_no_stencil_at_an_edge_extrapolates_a_cusp_at_the_centre(n):
+    """One that does is off by up to 170. The integral is that over pyramids with the cusp at their tip."""
+    t, w = np.polynomial.legendre.leggauss(24)
+    u, v, z = np.meshgrid(*[(1 + t) / 2] * 3)
+    weights = np.prod(np.meshgrid(*[w / 2] * 3), axis=0)
+    exact = 24 * (weights * u**2 * np.exp(-5 * u * np.sqrt(1 + v**2 + z**2))).sum()
+    r = vq.quad(lambda x: np.exp(-5 * np.linalg.norm(x, axis=0)), [-1] * 3, [1] * 3, n_points=n, method="pilot", rng=1)
+    assert abs(r.integral - exact) < 5 * r.standard_error
+    assert r.standard_error < 2e-3 * exact
+
+
 @pytest.mark.parametrize(("d", "n", "degree"), [(1, 64, 9), (2, 1024, 9), (3, 4096, 7)])
 def test_polynomials_are_exact(d, n, degree):
     powers = [[degree] * d, [degree - 1, *[1] * (d - 1)], [0] * d]

@@ -16,8 +16,11 @@ namespace VOROQUAD::detail {
 
 // Along an axis a stencil of size r > 1 is judged by |Δ^{r−1} F| / C(r−1, (r−1)/2), the error in
 // the middle centre of what the others predict there, times the ratio of the rms of Π (x − node)
-// where the stencil is shifted; size 1 by half the larger difference to a neighbour. The squares
-// are summed over the axes, and the mean over the 3^D cells around is added with this weight:
+// where the stencil is shifted; size 1 by half the larger difference to a neighbour. Where it is
+// shifted along axis a or b, it also extrapolates the errors along one of them from lines that may
+// be far away: with P_a the interpolation along a, I − P_a P_b is (I − P_a) + (I − P_b) − (I − P_a)
+// (I − P_b), and the last is judged by the mixed difference Δ_a^{r−1} Δ_b^{r−1} F, likewise. The
+// squares are summed, and the mean over the 3^D cells around is added with this weight:
 inline constexpr double share_of_neighbours = 0.3;
 
 // Values of one component at the centres of k^D cells in C order, followed by at least
@@ -51,6 +54,8 @@ public:
             double *raw = scratch.raw.data();
             std::fill(scratch.raw.begin(), scratch.raw.end(), 0.0);
             square_differences(values, first, last, q, raw);
+            if constexpr (D > 1)
+                if (q > 0) square_mixed_differences(values, first, last, q, raw);
             const double *around = sum_around(scratch, last - first);
             raw += (begin - first) * row_;
             around += (begin - first) * row_;
@@ -86,6 +91,54 @@ private:
                 }
             }
         }
+    }
+
+    bool shifted(std::size_t i, std::size_t half) const { return i < half || i >= k_ - half; }
+
+    // Adds the squared mixed differences of stencil q of all pairs of axes, for rows [first, last),
+    // in cells where it is shifted along one of the two.
+    void square_mixed_differences(const double *values, std::size_t first, std::size_t last,
+                                  std::size_t q, double *out) const {
+        const std::size_t half = stencils_[q].size / 2, lines = row_ / k_;
+        std::array<std::size_t, D> at{};
+        for (std::size_t line = first * lines; line < last * lines; ++line) {
+            at[0] = line / lines;
+            if constexpr (D == 3) at[1] = line % lines;
+            const bool beside = std::any_of(at.begin(), at.end() - 1,
+                                            [&](std::size_t i) { return shifted(i, half); });
+            double *to = out + (line - first * lines) * k_;
+            for (std::size_t i = 0; i < k_; ++i) {
+                if (i == half && !beside) i = k_ - half; // the middle of the line
+                at[D - 1] = i;
+                to[i] += mixed_differences(values + line * k_ + i, at, q);
+            }
+        }
+    }
+
+    // The sum over pairs of axes at a cell, to whose value `cell` points
+    double mixed_differences(const double *cell, const std::array<std::size_t, D> &at,
+                             std::size_t q) const {
+        const Stencil &stencil = stencils_[q];
+        const StencilWeights &c = stencil.difference;
+        const std::size_t r = stencil.size, half = r / 2;
+        double sum = 0.0;
+        for (std::size_t b = D, along_b = 1; b-- > 1; along_b *= k_)
+            for (std::size_t a = b, along_a = along_b * k_; a-- > 0; along_a *= k_) {
+                if (!shifted(at[a], half) && !shifted(at[b], half)) continue;
+                const std::size_t place_a = at[a] - stencil_begin(at[a], r, k_),
+                                  place_b = at[b] - stencil_begin(at[b], r, k_);
+                const double *from = cell - place_a * along_a - place_b * along_b;
+                double mixed = 0.0;
+                for (std::size_t m = 0; m < r; ++m) {
+                    double difference = 0.0;
+                    for (std::size_t n = 0; n < r; ++n)
+                        difference += c[n] * from[m * along_a + n * along_b];
+                    mixed += c[m] * difference;
+                }
+                mixed *= stencil.amplitude[place_a] * stencil.amplitude[place_b];
+                sum += mixed * mixed;
+            }
+        return sum;
     }
 
     // Along an axis of stride `stride`, for the `stride` cells with index i there
