@@ -72,7 +72,7 @@ CASES = (
         (
             (
                 *("voroquad", "study", "-o", "out", "--suite", "genz", "--dimensions", "2", "--max-n", "128"),
-                *("--peers", "vegas,qmcpy-net", "--replicates", "4", "--instances", "1"),
+                *("--peers", "vegas,qmcpy-net", "--replicates", "4", "--instances", "2"),
             ),
             python("import freud, pyvoro2"),
         ),

@@ -205,8 +205,8 @@ def best(found: Sequence[Finding]) -> Finding:
 def told(found: Sequence[Finding], chosen: Finding) -> str:
     """What to tell of the choice."""
     others = ", ".join(f"{f.method.label} {f.over(chosen)[0]:.2f}" for f in found if f is not chosen)
-    line = f"{chosen.method.label}, by a pilot of {len(chosen.variance)} pixels"
-    return f"{line} (variance per second over its own: {others})" if others else line
+    line = f"{chosen.method.label}, chosen by a pilot of {len(chosen.variance)} pixels"
+    return f"{line} (variance at equal time, relative to this choice: {others})" if others else line
 
 
 @contextmanager
