@@ -157,7 +157,7 @@ class SphereSurface:
 
 
 class Ball:
-    """The points closer to a centre than a radius: an interval, a disc, a ball, … in R^d.
+    r"""The points closer to a centre than a radius: an interval, a disc, a ball, … in R^d.
 
     Parameters
     ----------
