@@ -62,9 +62,9 @@ class Integrand:
         """Values times the volume element, (fields, n), at points u (n, d) of the unit box; NaN where not finite."""
         return self.at(self.pull_back(u.T))
 
-    def of_prediction(self, u: Array) -> Array:
-        """Values as of a call, where the integral does not depend on them: those that are not finite are no news."""
-        return _joined(self._evaluated(self.pull_back(u.T), [], report=False))
+    def of_prediction(self, pulled: tuple[Array, Array]) -> Array:
+        """As :meth:`at`, where the integral does not depend on the values: those that are not finite are no news."""
+        return _joined(self._evaluated(pulled, [], report=False))
 
     def ahead(self, u: Array) -> Callable[[], tuple[Array, Array]]:
         """The points and volume elements at u (d, n), computed at once where no function of the caller is involved.

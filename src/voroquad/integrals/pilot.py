@@ -15,6 +15,7 @@ from ..rules.chosen_fits import counted
 from ..rules.fit import ROUNDING
 from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import FEWEST_STRATA, SURPRISE, Estimate, unresolved
+from .grid_gaps import fill_gaps
 from .helper import Task, done, helper
 from .integrand import Integrand
 from .pilot_error import variance
@@ -104,12 +105,14 @@ class PilotRun:
         centres = (self.integrand.ahead(kind.centres(self.k, b, min(b + POINTS_AT_ONCE, self.cells))) for b in begins)
         with helper(self.threads, len(begins)) as aside:
             for begin, pulled in zip(begins, aside.ahead(partial(next, centres), len(begins)), strict=True):
-                values = self.integrand.at(pulled())
+                values = self.integrand.of_prediction(pulled())
                 if begin == 0:
                     self.rule = kind(self.k, len(values), keys)
                     fields = [self.rule.grid(f) for f in range(len(values))]
                 for grid, of_field in zip(fields, values, strict=True):
                     grid[begin : begin + len(of_field)] = of_field
+        for grid in fields:
+            fill_gaps(grid.reshape((self.k,) * self.integrand.d))
         largest = np.array([_largest(grid) for grid in fields])
         self.grid_is_zero = largest == 0
         _, self.power = np.frexp(largest)
@@ -132,10 +135,10 @@ class PilotRun:
         return np.ldexp(np.array(sums) / self.cells, self.power)
 
     def parts_of_components(self) -> list[list[Array]]:
-        """The values of each component, in units, in parts that are no burden to memory; 0 where not finite."""
+        """The values of each component, in units, in parts that are no burden to memory."""
         at = range(0, self.cells, POINTS_AT_ONCE)
         grids = [self.rule.grid(f) for f in range(len(self.power))]
-        return [[_finite(grid[b : b + POINTS_AT_ONCE]) for b in at] for grid in grids]
+        return [[grid[b : b + POINTS_AT_ONCE] for b in at] for grid in grids]
 
     def difficulty(self) -> Array:
         """In proportion to the errors (fields,) that the grid leads to expect of a given number of samples."""
@@ -262,11 +265,6 @@ class PilotRun:
         if not (times > UNFORESEEN).any():
             return None
         return diagnosis("unforeseen", times=float(f"{math.sqrt(times.max()):.3g}"), component=int(times.argmax()))
-
-
-def _finite(values: Array) -> Array:
-    """Values with 0 for those that are not finite; the same array if all are."""
-    return values if np.isfinite(values).all() else np.nan_to_num(values, posinf=0.0, neginf=0.0)
 
 
 def _largest(values: Array) -> float:

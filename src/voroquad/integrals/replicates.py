@@ -150,7 +150,7 @@ class ReplicateEstimator:
         at_once, d = POINTS_AT_ONCE, self.integrand.d
         begins = range(0, sizes.cells, at_once)
         nodes = (grid_points(sizes.side, d, b, min(b + at_once, sizes.cells)) for b in begins)
-        values = [self.integrand.of_prediction(u) for u in nodes]
+        values = [self.integrand.of_prediction(self.integrand.pull_back(u.T)) for u in nodes]
         return np.concatenate(values, axis=1) if values else None
 
 

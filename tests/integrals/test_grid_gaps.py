@@ -1,0 +1,66 @@
+"""Values of a grid in place of those that are missing."""
+
+import numpy as np
+import pytest
+
+from voroquad.integrals.grid_gaps import REACH, fill_gaps
+
+
+def axes(k, d):
+    return np.meshgrid(*[(np.arange(k) + 0.5) / k] * d, indexing="ij")
+
+
+@pytest.mark.parametrize("d", [1, 2, 3])
+@pytest.mark.parametrize("gaps", ["a point", "a plane", "planes that cross"])
+def test_polynomials_are_filled_in_exactly(d, gaps):
+    """Of degree 2 REACH − 1 along each axis."""
+    x = axes(11, d)
+    grid = sum((i + 1) * (xi - 0.3) ** (2 * REACH - 1) for i, xi in enumerate(x)) + np.prod(x, axis=0)
+    filled = grid.copy()
+    if gaps == "a point":
+        filled[(5,) * d] = np.nan
+    for axis in range({"a point": 0, "a plane": 1, "planes that cross": d}[gaps]):
+        np.moveaxis(filled, axis, 0)[5] = np.inf
+    fill_gaps(filled)
+    np.testing.assert_allclose(filled, grid, rtol=0, atol=1e-12)
+
+
+def test_the_axis_with_most_points_decides():
+    """Beside a second gap the line along the other axis is taken, and not the mean of both."""
+    x, y = axes(11, 2)
+    grid = x**6 + y**6
+    filled = grid.copy()
+    filled[[5, 7], 5] = np.nan
+    fill_gaps(filled)
+    np.testing.assert_allclose(filled, grid, rtol=0, atol=1e-12)
+
+
+def test_each_reach_is_used_where_it_fits():
+    """At the distance r from the border polynomials of degree 2r − 1 are exact, and those of degree 2r are not."""
+    x = np.arange(20.0)
+    for r in range(1, REACH + 1):
+        for degree in (2 * r - 1, 2 * r):
+            grid = ((x - 3) / 20) ** degree
+            filled = grid.copy()
+            filled[r] = np.nan
+            fill_gaps(filled)
+            assert (abs(filled[r] - grid[r]) < 1e-14) == (degree < 2 * r)
+
+
+def test_other_gaps_are_passed_over():
+    grid = np.array([1.0, 2.0, np.nan, 4.0, np.nan, 6.0, 7.0, np.nan])
+    fill_gaps(grid)
+    np.testing.assert_allclose(grid, [1, 2, 3, 4, 5, 6, 7, 0])
+
+
+def test_a_grid_without_values_is_0():
+    grid = np.full((3, 3), np.nan)
+    fill_gaps(grid)
+    assert not grid.any()
+
+
+def test_finite_values_stay():
+    grid = np.array([1e308, -1e308, 1.0])
+    kept = grid.copy()
+    fill_gaps(grid)
+    np.testing.assert_array_equal(grid, kept)
