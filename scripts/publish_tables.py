@@ -89,6 +89,8 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "scene-bias": renders.scene_bias_table,
         "gain": renders.gain_table,
         "samplers": renders.samplers_table,
+        "draws": renders.draws_table,
+        "sampler-time": renders.sampler_time_table,
         "summary": renders.summary_table,
         "pilots": renders.pilots_table,
         "blocks": renders.blocks_table,

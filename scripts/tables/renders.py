@@ -190,6 +190,31 @@ def summary_table() -> str:
     return markdown(rows, "lrrrrl")
 
 
+def draws_table() -> str:
+    """Processor time of a pair of coordinates by each sampler."""
+    measured = read(RESULTS / "sampler_draws.csv")
+    rows = [["sampler", "ns per pair"]]
+    for sampler in dict.fromkeys(r["sampler"] for r in measured):
+        rows.append([sampler, f"{median(float(r['nanoseconds']) for r in measured if r['sampler'] == sampler):.2f}"])
+    return markdown(rows, "l")
+
+
+def sampler_time_table() -> str:
+    """Medians over the turns of the ratios of render times, scene by scene."""
+    measured = read(RESULTS / "sampler_time.csv")
+    rows = [["scene", "owensobol over multijitter", "processor", "adaptive over owensobol", "processor"]]
+    for scene in dict.fromkeys(r["scene"] for r in measured):
+        own = [r for r in measured if r["scene"] == scene]
+        pairs = [("owensobol", "multijitter"), ("adaptive", "owensobol")]
+        texts = [
+            f"{median(float(r[f'{above}_{kind}']) / float(r[f'{below}_{kind}']) for r in own):.3f}"
+            for above, below in pairs
+            for kind in ("seconds", "cpu")
+        ]
+        rows.append([scene, *texts])
+    return markdown(rows, "l")
+
+
 def pilots_table() -> str:
     """What pilots find of their candidates, beside the errors of whole images."""
     rows = [["scene", "spp", "candidate", "pilots say", "taken by", "in images", "pilot's samples"]]

@@ -489,37 +489,3 @@ def test_memory_grows_with_the_grid_alone(d):
     assert many[1] > 5_900_000
     cells = (6_000_000 - 1_000_000) / 4
     assert many[0] - few[0] < 11 * cells + 12e6
-
-
-# ---------------------------------------------------------------------- points without a value
-
-
-#: The integrals of sin(xy)/(xy) over the unit square, and of (1 − cos x)/x² over the unit interval.
-SINC = sum((-1) ** k / (math.factorial(2 * k + 1) * (2 * k + 1) ** 2) for k in range(10))
-VERSINE = sum((-1) ** (k + 1) / (math.factorial(2 * k) * (2 * k - 1)) for k in range(1, 10))
-
-
-@pytest.mark.parametrize(
-    ("func", "a", "b", "n", "integral", "most"),
-    [
-        (lambda x: np.sin(x[0]) / x[0], [-1], [1], 2052, 2 * 0.946083070367183, 1e-9),
-        (lambda x: np.abs(x[0]) ** -0.25, [-1], [1], 2052, 8 / 3, 1e-2),
-        (lambda x: 1 / np.hypot(x[0], x[1]), [-1, -1], [1, 1], 8192, 8 * math.log(1 + math.sqrt(2)), 0.1),
-        (lambda x: np.sin(x[0] * x[1]) / (x[0] * x[1]), [-1, -1], [1, 1], 8192, 4 * SINC, 1e-9),
-        (lambda x: (1 - np.cos(x[2])) / x[2] ** 2, [-1] * 3, [1] * 3, 4 * 13**3, 8 * VERSINE, 1e-9),
-    ],
-)
-def test_the_centre_of_the_box_may_have_no_value(func, a, b, n, integral, most):
-    """A grid with an odd number of cells along an axis has a point there, which only predicts."""
-    k = grid_side(n, len(a))
-    assert k % 2 == 1
-    with warnings.catch_warnings(), np.errstate(all="ignore"):
-        warnings.simplefilter("error")
-        r = vq.quad(func, a, b, n_points=n, method="pilot", rng=3)
-    assert abs(r.integral - integral) < 5 * r.standard_error < most
-
-
-def test_values_that_are_not_finite_in_a_region_make_the_integral_nan():
-    with pytest.warns(vq.IntegrationWarning, match="not finite"):
-        r = vq.quad(lambda x: np.where(x[0] > 0.9, np.inf, x[0]), [0, 0], [1, 1], n_points=4096, rng=1)
-    assert math.isnan(r.integral)

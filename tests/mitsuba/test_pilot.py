@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import csv
 from dataclasses import replace
+from pathlib import Path
+from statistics import geometric_mean, median
 
 import mitsuba as mi
 import numpy as np
@@ -171,3 +174,14 @@ def test_compare_shows_the_candidates(ball, tmp_path):
     assert "A render at 32 samples: " in results.sections[0].text
     with pytest.raises(ValueError, match="auto has nothing to choose from where objects move"):
         comparison.compare("moving-objects", tmp_path / "no", auto=True, size=(8, 6))
+
+
+def test_the_cost_of_adaptive_samples_is_what_was_measured():
+    path = Path(__file__).parents[2] / "benchmarks" / "results" / "sampler_time.csv"
+    with path.open(newline="", encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    costs = [
+        median(float(r["adaptive_cpu"]) / float(r["owensobol_cpu"]) for r in rows if r["scene"] == scene)
+        for scene in {r["scene"] for r in rows}
+    ]
+    assert round(geometric_mean(costs), 2) == ADAPTIVE.cost

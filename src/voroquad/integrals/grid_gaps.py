@@ -5,9 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
 
-from .._support.arrays import Array
+from .._support.arrays import Array, Indices
 
 #: Most points on either side that a missing value is interpolated from.
 REACH = 4
@@ -39,7 +38,7 @@ def fill_gaps(grid: Array) -> None:
     np.nan_to_num(grid, copy=False)
 
 
-def _interpolated(grid: Array, gaps: tuple[NDArray[np.intp], ...]) -> Array:
+def _interpolated(grid: Array, gaps: tuple[Indices, ...]) -> Array:
     """The values at gaps from polynomials along the axes, of the highest degree; NaN without a point on either side.
 
     The value at 0 of the polynomial through ±1, …, ±m is Σ_j w_j (f(j) + f(−j)), with
@@ -58,7 +57,7 @@ def _interpolated(grid: Array, gaps: tuple[NDArray[np.intp], ...]) -> Array:
     return found
 
 
-def _beside(grid: Array, gaps: tuple[NDArray[np.intp], ...], axis: int, step: int) -> Array:
+def _beside(grid: Array, gaps: tuple[Indices, ...], axis: int, step: int) -> Array:
     """The values so many steps from the gaps along an axis; NaN in other gaps and outside of the grid."""
     at = gaps[axis] + step
     inside = (at >= 0) & (at < grid.shape[axis])

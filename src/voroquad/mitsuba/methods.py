@@ -139,10 +139,10 @@ WEIGHTS = RenderMethod(
     {"sampler": "stratified", "weighted": True, "blend": "auto"} | OWEN_SOBOL.properties,
     Line(VERMILION, "dotted", "diamond"),
 )  # fmt: skip
-#: Its cost is an estimate: noise must be measured and samples shared out, and pixels with much noise often have longer
-#: paths (benchmarks/sampler_time.py)
+#: Its cost is the geometric mean over the scenes of benchmarks/sampler_time.py: noise is estimated, and samples are
+#: shared out and traced in two wavefronts
 ADAPTIVE = RenderMethod(
-    "adaptive", "adaptive", "plain", {"adaptive": KINDS[0]}, Line(SKY, "solid"), cost=1.1,
+    "adaptive", "adaptive", "plain", {"adaptive": KINDS[0]}, Line(SKY, "solid"), cost=1.23,
     around=(len(NEIGHBOURS) + 2) * Sharing.at_least,
 )  # fmt: skip
 
