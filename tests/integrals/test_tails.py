@@ -62,8 +62,11 @@ def test_regular_integrands_do_not(d):
     assert "heavy-tail" not in kinds(lambda x: np.prod(x**-0.4, axis=0), d, 4096, 3)
 
 
-def test_a_resolved_peak_does_not():
-    assert "heavy-tail" not in kinds(lambda x: np.exp(-300 * np.square(x - 0.4).sum(axis=0)), 2, 1024, 1)
+@pytest.mark.parametrize(("d", "n", "width"), [(2, 1024, 0.04), (2, 16_384, 0.01), (3, 16_384, 0.02)])
+def test_a_resolved_peak_does_not(d, n, width):
+    """The grid of the pilot rule sees little of the last two, but the samples do."""
+    found = kinds(lambda x: np.exp(-np.square((x - 0.4321) / width).sum(axis=0) / 2), d, n, 1)
+    assert not found
 
 
 @pytest.mark.parametrize("index", [0.5, 0.8, 1.0, 2.0])
@@ -74,14 +77,18 @@ def test_the_index_of_powers(index):
 
 
 def test_the_least_estimate_decides():
-    """Hill's estimator alone would call a peak heavy, and so would its upper quarter where that is steep."""
-    largest = np.exp(np.linspace(0, 9, 65))  # log-uniform: a Gaussian in the plane that few samples see
-    assert np.log(largest[1:] / largest[0]).mean() > 4
-    assert tail_index(largest) < 4
-    steep = np.concatenate([np.ones(49), np.geomspace(2, 2e6, 16)])
-    assert tail_index(steep) == pytest.approx(np.log(steep[1:]).mean())
-    flat_top = np.concatenate([np.geomspace(1, 1e9, 49), np.full(16, 1e9)])
-    assert tail_index(flat_top) <= 0
+    steep = np.concatenate([np.ones(49), np.geomspace(2, 2e6, 16)])  # few values far above all others
+    assert tail_index(steep) == pytest.approx(np.log(steep[1:]).mean())  # Hill's
+    even = np.exp(np.linspace(0, 1, 65) ** 8)  # the upper quarter alone is heavy
+    assert tail_index(even) < 0.3
+
+
+@pytest.mark.parametrize("d", [1, 2, 3, 4, 5, 6])
+def test_tails_of_peaks_get_lighter(d):
+    """Of a Gaussian that few samples meet, log f is −r², and a share u of them has r² below u^(2/d)."""
+    largest = np.exp(-9 * ((np.arange(65)[::-1] + 0.5) / 65) ** (2 / d))
+    assert np.log(largest[1:] / largest[0]).mean() > 2
+    assert tail_index(largest) == -math.inf
 
 
 def test_degenerate_values_have_no_tail():
