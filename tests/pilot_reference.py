@@ -55,15 +55,19 @@ def amplitude(place: int, r: int) -> float:
     return math.sqrt(size(place) / size((r - 1) // 2))
 
 
-def error_across(plane: Array, i: int, j: int, r: int) -> float:
-    """How far the product of the errors along two axes is off at a cell (i, j) of their plane; 0 in its middle."""
-    begins = [begin_of(c, r, len(plane)) for c in (i, j)]
-    places = [c - begin for c, begin in zip((i, j), begins, strict=True)]
-    if r == 1 or all(place == (r - 1) // 2 for place in places):
+def error_across(grid: Array, cell: tuple[int, ...], r: int) -> float:
+    """How far the product of the errors along all axes of a grid of two or three is off at a cell.
+
+    0 unless the stencil is shifted along one axis of two, or two axes of three.
+    """
+    begins = [begin_of(c, r, len(grid)) for c in cell]
+    places = [c - begin for c, begin in zip(cell, begins, strict=True)]
+    if r == 1 or sum(place != (r - 1) // 2 for place in places) < grid.ndim - 1:
         return 0.0
-    block = plane[begins[0] : begins[0] + r, begins[1] : begins[1] + r]
-    mixed = np.diff(np.diff(block, n=r - 1, axis=0), n=r - 1, axis=1)[0, 0] / math.comb(r - 1, (r - 1) // 2) ** 2
-    return float(mixed * amplitude(places[0], r) * amplitude(places[1], r))
+    mixed = grid[tuple(slice(begin, begin + r) for begin in begins)]
+    for axis, place in enumerate(places):
+        mixed = np.diff(mixed, n=r - 1, axis=axis) / math.comb(r - 1, (r - 1) // 2) * amplitude(place, r)
+    return mixed.item()
 
 
 @cache
@@ -108,9 +112,9 @@ def pilot(f: Callable[[Array], Array], n: int, d: int, keys: Array) -> tuple[flo
         for q, r in enumerate(sizes):
             lines = [grid[(*cell[:a], slice(None), *cell[a + 1 :])] for a in range(d)]
             raw[(q, *cell)] = sum(error_along(lines[a], cell[a], r) ** 2 for a in range(d))
-            for a, b in itertools.combinations(range(d), 2):
-                plane = grid[tuple(slice(None) if c in (a, b) else cell[c] for c in range(d))]
-                raw[(q, *cell)] += error_across(plane, cell[a], cell[b], r) ** 2
+            for axes in [c for count in range(2, d + 1) for c in itertools.combinations(range(d), count)]:
+                part = grid[tuple(slice(None) if c in axes else cell[c] for c in range(d))]
+                raw[(q, *cell)] += error_across(part, tuple(cell[a] for a in axes), r) ** 2
     around = np.zeros_like(raw)
     for cell in cells:
         box = tuple(slice(max(i - 1, 0), i + 2) for i in cell)
@@ -137,7 +141,7 @@ def pilot(f: Callable[[Array], Array], n: int, d: int, keys: Array) -> tuple[flo
         r, level = sizes[pick[cell]], int(levels.reshape(grid.shape)[cell])
         m, sequence = 2**level, level * (6 if d < 3 else 5) + int(pick[cell])
         begins = [begin_of(i, r, k) for i in cell]
-        axes = [basis(b, i, r) for b, i in zip(begins, cell, strict=True)]
+        bases = [basis(b, i, r) for b, i in zip(begins, cell, strict=True)]
         values = grid[tuple(slice(b, b + r) for b in begins)]
 
         def predicted(weights: list[Array], values: Array = values) -> Array:
@@ -148,8 +152,8 @@ def pilot(f: Callable[[Array], Array], n: int, d: int, keys: Array) -> tuple[flo
         v = np.array([scrambled(taken[sequence] * m + j, keys[sequence]) - 0.5 for j in range(m)])
         taken[sequence] += 1
         y = f(((np.array(cell) + 0.5 + v) / k).T)
-        residuals = y - predicted([np.array([p(x) for p in polys]) for polys, x in zip(axes, v.T, strict=True)])
-        of_cell = predicted([np.array([[mean_over_cell(p)] for p in polys]) for polys in axes])
+        residuals = y - predicted([np.array([p(x) for p in polys]) for polys, x in zip(bases, v.T, strict=True)])
+        of_cell = predicted([np.array([[mean_over_cell(p)] for p in polys]) for polys in bases])
         total += float(of_cell[0]) + residuals.mean()
         for scale, difference in differences_of_halves(residuals):
             powers[:, level, scale] += difference**2, difference**4

@@ -58,6 +58,14 @@ def test_no_stencil_at_an_edge_extrapolates_a_cusp_at_the_centre(n):
     assert r.standard_error < 2e-3 * exact
 
 
+@pytest.mark.parametrize("n", [8000, 12_000])
+def test_no_stencil_in_a_corner_extrapolates_a_singularity_at_the_centre(n):
+    """Only the product of the errors along all three axes shows that it does."""
+    found = [vq.quad(lambda x: 1 / np.linalg.norm(x, axis=0), vq.Ball(), n_points=n, rng=seed) for seed in range(3)]
+    assert max(abs(r.integral - 2 * math.pi) / r.standard_error for r in found) < 5
+    assert max(r.standard_error for r in found) < 0.02
+
+
 @pytest.mark.parametrize(("d", "n", "degree"), [(1, 64, 9), (2, 1024, 9), (3, 4096, 7)])
 def test_polynomials_are_exact(d, n, degree):
     powers = [[degree] * d, [degree - 1, *[1] * (d - 1)], [0] * d]

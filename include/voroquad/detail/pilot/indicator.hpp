@@ -19,7 +19,8 @@ namespace VOROQUAD::detail {
 // where the stencil is shifted; size 1 by half the larger difference to a neighbour. Where it is
 // shifted along axis a or b, it also extrapolates the errors along one of them from lines that may
 // be far away: with P_a the interpolation along a, I − P_a P_b is (I − P_a) + (I − P_b) − (I − P_a)
-// (I − P_b), and the last is judged by the mixed difference Δ_a^{r−1} Δ_b^{r−1} F, likewise. The
+// (I − P_b), and the last is judged by the mixed difference Δ_a^{r−1} Δ_b^{r−1} F, likewise. In
+// space, where it is shifted along two axes or three, so is the product of all three errors. The
 // squares are summed, and the mean over the 3^D cells around is added with this weight:
 inline constexpr double share_of_neighbours = 0.3;
 
@@ -96,7 +97,7 @@ private:
     bool shifted(std::size_t i, std::size_t half) const { return i < half || i >= k_ - half; }
 
     // Adds the squared mixed differences of stencil q of all pairs of axes, for rows [first, last),
-    // in cells where it is shifted along one of the two.
+    // in cells where it is shifted along one of the two; and of three axes.
     void square_mixed_differences(const double *values, std::size_t first, std::size_t last,
                                   std::size_t q, double *out) const {
         const std::size_t half = stencils_[q].size / 2, lines = row_ / k_;
@@ -115,30 +116,52 @@ private:
         }
     }
 
-    // The sum over pairs of axes at a cell, to whose value `cell` points
+    // The sum over pairs of axes at a cell, to whose value `cell` points, and over all three
     double mixed_differences(const double *cell, const std::array<std::size_t, D> &at,
                              std::size_t q) const {
-        const Stencil &stencil = stencils_[q];
-        const StencilWeights &c = stencil.difference;
-        const std::size_t r = stencil.size, half = r / 2;
+        const std::size_t r = stencils_[q].size, half = r / 2;
+        std::array<Axis, D> axes;
+        for (std::size_t a = D, stride = 1; a-- > 0; stride *= k_)
+            axes[a] = {stride, at[a] - stencil_begin(at[a], r, k_), shifted(at[a], half)};
         double sum = 0.0;
-        for (std::size_t b = D, along_b = 1; b-- > 1; along_b *= k_)
-            for (std::size_t a = b, along_a = along_b * k_; a-- > 0; along_a *= k_) {
-                if (!shifted(at[a], half) && !shifted(at[b], half)) continue;
-                const std::size_t place_a = at[a] - stencil_begin(at[a], r, k_),
-                                  place_b = at[b] - stencil_begin(at[b], r, k_);
-                const double *from = cell - place_a * along_a - place_b * along_b;
+        for (std::size_t b = 1; b < D; ++b)
+            for (std::size_t a = 0; a < b; ++a)
+                if (axes[a].shifted || axes[b].shifted)
+                    sum += square(difference_of(cell, axes[a], axes[b], q));
+        if constexpr (D == 3)
+            if (axes[0].shifted + axes[1].shifted + axes[2].shifted >= 2) {
                 double mixed = 0.0;
-                for (std::size_t m = 0; m < r; ++m) {
-                    double difference = 0.0;
-                    for (std::size_t n = 0; n < r; ++n)
-                        difference += c[n] * from[m * along_a + n * along_b];
-                    mixed += c[m] * difference;
-                }
-                mixed *= stencil.amplitude[place_a] * stencil.amplitude[place_b];
-                sum += mixed * mixed;
+                const double *from = cell - axes[0].place * axes[0].stride;
+                for (std::size_t m = 0; m < r; ++m)
+                    mixed += stencils_[q].difference[m] *
+                             difference_of(from + m * axes[0].stride, axes[1], axes[2], q);
+                sum += square(mixed * stencils_[q].amplitude[axes[0].place]);
             }
         return sum;
+    }
+
+    // Along an axis: the way to the next value, the cell's place in the stencil, and whether that
+    // is not its middle
+    struct Axis {
+        std::size_t stride, place;
+        bool shifted;
+    };
+
+    static double square(double x) { return x * x; }
+
+    // The mixed difference along two axes at a cell, times the ratios of both
+    double difference_of(const double *cell, const Axis &a, const Axis &b, std::size_t q) const {
+        const Stencil &stencil = stencils_[q];
+        const StencilWeights &c = stencil.difference;
+        const double *from = cell - a.place * a.stride - b.place * b.stride;
+        double mixed = 0.0;
+        for (std::size_t m = 0; m < stencil.size; ++m) {
+            double difference = 0.0;
+            for (std::size_t n = 0; n < stencil.size; ++n)
+                difference += c[n] * from[m * a.stride + n * b.stride];
+            mixed += c[m] * difference;
+        }
+        return mixed * stencil.amplitude[a.place] * stencil.amplitude[b.place];
     }
 
     // Along an axis of stride `stride`, for the `stride` cells with index i there
