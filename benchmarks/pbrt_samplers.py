@@ -11,6 +11,7 @@ and each pixel has the points that fall into it. All other coordinates are Owen-
 
 from __future__ import annotations
 
+from functools import cache
 from typing import Any
 
 import drjit as dr
@@ -25,6 +26,7 @@ NAMES = ("zsobol", "owen-sobol")
 BYTE = 8
 
 
+@cache
 def byte_tables() -> generators.Columns:
     """Entry 1024 d + 256 j + v is coordinate d, bits in reverse order, where bits 8j to 8j + 7 of an index are v's."""
     columns = generators.joe_kuo(JOINT["joe-kuo"])

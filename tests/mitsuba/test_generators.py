@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import itertools
 
+import mitsuba as mi
 import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from voroquad.mitsuba.generators import BITS, HALF, JOINT, crossed, joe_kuo, pair_tables, sz, upper_digits
+from voroquad.mitsuba.generators import BITS, HALF, JOINT, KINDS, crossed, joe_kuo, pair_tables, sz, upper_digits
 
 SOBOL = JOINT["joe-kuo"]
 
@@ -107,3 +108,17 @@ def test_tables_give_the_same_coordinates(kind, columns, index_bits):
             found = ["".join(f"{int(half):0{HALF}b}"[::-1] for half in pair) for pair in halves]
             wanted = [f"{int(x):0{digits}b}" if digits else "" for x in expected[axis::2, point]]
             assert found == wanted
+
+
+@pytest.mark.parametrize("generators", KINDS)
+@pytest.mark.parametrize(("order", "spp"), [("morton", 2**24 + 1), ("morton", 2**26), ("none", 2**30 + 1)])
+def test_indices_may_have_as_many_bits_as_a_word(generators, order, spp):
+    size = {"width": 8, "height": 8}
+    own = mi.load_dict({"type": "owensobol", "sample_count": spp, "order": order, "generators": generators} | size)
+    own.seed(0, 64)
+    samples = []
+    for _ in range(2):
+        samples.append(np.array([np.array(axis) for axis in own.next_2d()]))
+        own.advance()
+    assert all(((values >= 0) & (values < 1)).all() for values in samples)
+    assert ((samples[0] < 0.5) != (samples[1] < 0.5)).all()  # the first two of a net

@@ -108,6 +108,30 @@ def test_two_points_are_scrambled_as_by_owens_nested_scrambling(x, y, first):
 
 
 @pytest.mark.statistical
+def kurtosis(values):
+    away = values - values.mean()
+    return np.mean(away**4) / np.mean(away**2) ** 2
+
+
+@pytest.mark.parametrize("n", [16, 64, 256, 1024])
+def test_means_over_nets_have_no_tails(n):
+    """Those of x over n points, and of x y with the points in another order; a factor alone is the control."""
+    keys = hashed_keys(6000)
+    i = dr.tile(dr.arange(mi.UInt32, n), 6000)
+    of_x, of_y, of_order = (dr.repeat(finalise(keys ^ salt), n) for salt in (0, 0x51ED270B, 0x1B873593))
+
+    def unit(reversed_bits):
+        return np.array(dr.brev(reversed_bits), dtype=np.float64).reshape(-1, n) / 2**32
+
+    x = unit(nested_scramble(i, of_x))
+    y = unit(nested_scramble(dr.brev(nested_scramble(dr.brev(i), of_order)), of_y))
+    assert 2 < kurtosis(x.mean(axis=1)) < 4.5
+    assert 2 < kurtosis((x * y).mean(axis=1)) < 4.5
+    control = unit((i + of_x) * (finalise(of_x) << 1 | 1))
+    assert kurtosis(control.mean(axis=1)) > 6
+    np.testing.assert_allclose(x.mean(axis=1).var() * 12 * n**3, 1, rtol=0.12)  # of Owen's scrambling
+
+
 def test_upper_and_lower_digits_are_scrambled_independently_if_crossed():
     """Of two points whose first difference is the same in both; the control has one factor for both."""
     keys = hashed_keys(2**17)

@@ -24,7 +24,7 @@ JOINT = {"joe-kuo": 256, "sz": 4}
 KINDS = tuple(JOINT)
 #: Digits of a coordinate that an entry of `PairTables` holds
 HALF = BITS // 2
-#: Most bits of an index that one look-up takes: tables of two pairs then fit into the first cache
+#: Most bits of an index that one look-up takes; tables of two pairs for indices of 12 bits fit into the first cache
 MOST_PART_BITS = 12
 
 #: Products in GF(4) = {0, 1, ω, ω + 1}, with ω² = ω + 1; element a + b ω is the number a + 2 b

@@ -298,7 +298,8 @@ class OwenSobol(mi.Sampler):
         pair = (dimension % JOINT[self._kind]) >> 1
         words = [mi.UInt32(0) for _ in range(word_count)]
         for part in range(parts):
-            value = (index >> BITS - part_bits * (part + 1)) & ((1 << part_bits) - 1)
+            shift = BITS - part_bits * (part + 1)  # below 0 where the last part has fewer bits
+            value = (index >> shift if shift >= 0 else index << -shift) & ((1 << part_bits) - 1)
             for k in range(word_count):
                 entry = value + ((pair * word_count + k) * parts + part << part_bits)
                 words[k] ^= dr.gather(mi.UInt32, self._entries, entry)

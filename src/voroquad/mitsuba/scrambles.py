@@ -36,13 +36,17 @@ def of_key(number: mi.UInt32, key: mi.UInt32) -> mi.UInt32:
 def nested_scramble(reversed_bits: mi.UInt32, key: mi.UInt32) -> mi.UInt32:
     """A nested scrambling of numbers whose bits are in reverse order: bits that are lower stand for higher digits.
 
-    x becomes f (x + s), with a random s and a random odd f. Two points that differ first in digit k differ by 2^k times
-    an odd number, and then by f times that: by any such number, each as likely, whatever the digits of the one are,
-    which s makes uniform. So any two points are scrambled as by Owen's nested uniform scrambling, and the variance of
-    the mean over a net is the same. A. B. Owen, "Variance with alternative scramblings of digital nets", ACM
-    Transactions on Modeling and Computer Simulation 13 (2003).
+    A fixed mixing takes x to y, and y becomes f (y + s), with a random s and a random odd f. The mixing keeps the first
+    digit in which two points differ: if it is digit k, their y differ by 2^k times an odd number. Times f that is 2^k
+    times any odd number, each as likely. The digits of one of the points are uniform too, because of s. So any two
+    points are scrambled as by Owen's nested uniform scrambling, and the variance of the mean over a net is the same.
+    A. B. Owen, "Variance with alternative scramblings of digital nets", ACM Transactions on Modeling and Computer
+    Simulation 13 (2003).
+
+    Without the mixing all points of a net would have nearly the same offset in their strata where f is close to ±1. The
+    variance would be as it is, but rare means would be far off and all others too good.
     """
-    return (reversed_bits + key) * (_bits_of_factors(key) << 1 | 1)
+    return (_mixed(reversed_bits) + key) * (_bits_of_factors(key) << 1 | 1)
 
 
 def crossed_scramble(reversed_bits: mi.UInt32, key: mi.UInt32, upper: mi.UInt32, bits: int) -> mi.UInt32:
@@ -53,13 +57,21 @@ def crossed_scramble(reversed_bits: mi.UInt32, key: mi.UInt32, upper: mi.UInt32,
     """
     kept = ((mi.UInt32(1) << upper) - 1) | mi.UInt32((1 << BITS) - (1 << bits))
     of_factors = _bits_of_factors(key)
-    scrambled = (reversed_bits + key) * (of_factors << 1 | 1)
-    lower = ((reversed_bits & ~kept) + key) * (of_factors >> 7 | 1)
+    scrambled = (_mixed(reversed_bits) + key) * (of_factors << 1 | 1)
+    lower = (_mixed(reversed_bits & ~kept) + key) * (of_factors >> 7 | 1)
     return (scrambled & kept) | (lower & ~kept)
 
 
+def _mixed(reversed_bits: mi.UInt32) -> mi.UInt32:
+    """A fixed permutation in which each bit depends on itself and lower ones, as in S. Laine and T. Karras (2011).
+
+    It also mixes numbers whose lower bits are all 0, such as reversed indices.
+    """
+    return reversed_bits ^ (reversed_bits * 0x8D22F6E6)
+
+
 def _bits_of_factors(key: mi.UInt32) -> mi.UInt32:
-    """Random bits, of which the lowest 16 are independent of those of the key. These make the first digits uniform."""
+    """Random bits, of which the lowest 16 are independent of those of the key, and so the first 16 digits of points."""
     return (key ^ (key >> 16)) * 0x2C1B3C6D
 
 
