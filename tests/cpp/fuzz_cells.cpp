@@ -93,10 +93,11 @@ void check(const std::vector<double> &coordinates, voroquad::Domain domain, bool
     check_measures<D>(points, domain);
 }
 
-// A box whose sides and periodic axes the bits of a number choose.
+// A box whose sides and periodic axes the bits of a number choose. A site may see its own image
+// along a narrow one.
 template <std::size_t D>
 voroquad::Bounds<D> box_of(unsigned choice) {
-    constexpr double lows[] = {0.0, -0.5, -1.0, 0.7}, sides[] = {1.0, 2.0, 0.4, 3.7};
+    constexpr double lows[] = {0.0, -0.5, -1.0, 0.7}, sides[] = {1.0, 2.0, 0.02, 3.7};
     voroquad::Bounds<D> domain = voroquad::Domain::box;
     for (std::size_t a = 0; a < D; ++a, choice >>= 5) {
         const double side = sides[choice >> 2 & 3];

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from any_points import any_set
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.spatial import ConvexHull, Voronoi
 
@@ -169,6 +169,31 @@ def test_on_the_torus_cones_over_the_faces_are_the_cell(n, d, seed):
     near = cells.neighbours()
     cones = np.bincount(near.rows, near.measures * near.distances / (2 * d), n)
     np.testing.assert_allclose(cones, cells.measures, rtol=1e-10)
+
+
+@given(
+    n=st.integers(1, 100),
+    d=st.integers(2, 3),
+    narrow=st.sampled_from([0.3, 0.1, 0.03, 0.02, 0.01, 0.003]),
+    axis=st.integers(0, 2),
+    low=st.sampled_from([0.0, 0.7, -1.0]),
+    periodic=st.tuples(st.booleans(), st.booleans(), st.booleans()),
+    seed=st.integers(0, 2**32),
+)
+@example(n=100, d=2, narrow=0.01, axis=0, low=0.0, periodic=(True, True, True), seed=1)
+@example(n=100, d=2, narrow=0.01, axis=1, low=0.0, periodic=(False, True, True), seed=0)
+def test_in_a_narrow_box_sites_are_their_own_neighbours(n, d, narrow, axis, low, periodic, seed):
+    periodic = np.array(periodic[:d])
+    sides = np.ones(d)
+    sides[axis % d] = narrow
+    points = low + np.random.default_rng(seed).random((n, d)) * sides
+    cells = vq.cells(points, bounds=low + np.stack([0 * sides, sides], axis=-1), periodic=periodic.tolist())
+    near = cells.neighbours()
+    ends = 2 * sides.prod() / sides[~periodic]
+    np.testing.assert_allclose(near.border.sum(), ends.sum(), rtol=1e-10)
+    if periodic.all():
+        cones = np.bincount(near.rows, near.measures * near.distances / (2 * d), n)
+        np.testing.assert_allclose(cones, cells.measures, rtol=1e-10)
 
 
 def test_do_not_depend_on_threads():

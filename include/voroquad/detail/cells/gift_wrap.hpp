@@ -96,12 +96,12 @@ public:
         for (auto &axis : inverse_) axis.resize(room_ * width);
         if constexpr (numbered) number_.resize(room_ * width);
     }
-    // Adds a mirror image of the site of a lane, relative to it.
-    void add(std::size_t lane, const Point<2> &q) {
+    // Adds a point, relative to the site of a lane, with its number.
+    void add(std::size_t lane, const Point<2> &q, [[maybe_unused]] double number) {
         const std::size_t place = lane * room_ + count_[lane]++;
         point_[0][place] = q[0];
         point_[1][place] = q[1];
-        if constexpr (numbered) number_[place] = mirror_number;
+        if constexpr (numbered) number_[place] = number;
     }
     // Adds those of vectors of points that are wanted; each(add) calls add(q, bits, i) for those
     // from point i on.

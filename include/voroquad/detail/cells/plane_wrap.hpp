@@ -101,7 +101,7 @@ private:
             wraps_.add_all(lane, points, [&](auto &&add) {
                 points.nearer_than(task.reach2, clipper_->site(), task.site - first, add);
             });
-            if (mirrors) add_mirrors(lane);
+            if (mirrors) add_mirrors(lane, task.site);
         }
         wraps_.wrap();
     }
@@ -131,13 +131,21 @@ private:
         }
     }
 
-    // Sides of the domain are the bisectors of the site and its mirror images.
-    void add_mirrors(std::size_t lane) {
+    // Sides of the domain are the bisectors of the site and its mirror images; on periodic axes, of
+    // the site and its own images a period away. These may be among the points already, and differ
+    // from those by a rounding: whichever of the two bounds the cell has the same number.
+    void add_mirrors(std::size_t lane, std::size_t site) {
         const Box<2> &sides = clipper_->sides();
-        wraps_.add(lane, {2.0 * sides.lo[0], 0.0});
-        wraps_.add(lane, {2.0 * sides.hi[0], 0.0});
-        wraps_.add(lane, {0.0, 2.0 * sides.lo[1]});
-        wraps_.add(lane, {0.0, 2.0 * sides.hi[1]});
+        for (std::size_t a = 0; a < 2; ++a)
+            for (const double way : {-1.0, 1.0}) {
+                Point<2> q{}, periods{};
+                q[a] = 2.0 * (way < 0.0 ? sides.lo[a] : sides.hi[a]);
+                periods[a] = way;
+                wraps_.add(lane, q,
+                           neighbourhood_->domain().periodic[a]
+                               ? image_number<2>(static_cast<double>(site), periods)
+                               : mirror_number);
+            }
     }
 
     // Whether a site of a leaf may have a mirror image among its nearest points

@@ -5,7 +5,7 @@
 // its own size, and give it to one of the two only. And from afar the points of a cluster look like
 // one: a cell may give one of them the face that belongs to several. So of the two cells the one
 // whose nearest neighbour is nearer tells how large a face is, and it counts where it is more than
-// a rounding of both surfaces. Both cells then list the same face.
+// a rounding of the smaller surface. Both cells then list the same face.
 #pragma once
 
 #include <algorithm>
