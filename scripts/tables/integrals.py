@@ -282,16 +282,17 @@ def peaks_in_time_table() -> str:
     """Mean squared errors on peaks of `quad` over those of vegas at equal processor time, and what each spends."""
     measured = read(RESULTS / "adaptation_time.csv")
     peers = list(dict.fromkeys(r["peer"] for r in measured))
-    rows = [["d", "integrand", "quad, ms", *peers, *(f"evaluations of {peer}" for peer in peers)]]
+    rows = [["d", "integrand", "quad, ms", *(f"{peer}, ms" for peer in peers), *peers]]
     ratios: dict[str, list[float]] = {peer: [] for peer in peers}
     for d, name in dict.fromkeys((r["d"], r["integrand"]) for r in measured):
         own = {r["peer"]: r for r in measured if (r["d"], r["integrand"]) == (d, name)}
         for peer in peers:
             ratios[peer].append(float(own[peer]["mse"]) / float(own[peer]["mse_peer"]))
         spent = short(statistics.mean(float(own[peer]["milliseconds"]) for peer in peers))
-        rows.append([d, name, spent, *(short(ratios[p][-1]) for p in peers), *(own[p]["evaluations"] for p in peers)])
+        of_peers = [short(float(own[peer]["milliseconds_peer"])) for peer in peers]
+        rows.append([d, name, spent, *of_peers, *(short(ratios[peer][-1]) for peer in peers)])
     means = [short(statistics.geometric_mean(ratios[peer])) for peer in peers]
-    rows.append(["", "geometric mean", "", *means, *[""] * len(peers)])
+    rows.append(["", "geometric mean", *[""] * (1 + len(peers)), *means])
     return markdown(rows, "ll")
 
 

@@ -34,6 +34,10 @@ inline void require_groups(const std::int64_t *groups, std::size_t n, std::size_
         "group: numbers must be from 0 to the number of groups less one");
 }
 
+inline void require_independent(const GlobalFits &fits) {
+    require(fits.independent(), "the samples do not determine all terms, so nothing is fitted");
+}
+
 inline void require_pairs(const Pairs &pairs, std::size_t count) {
     require(pairs.shape(1) == 2, "pairs: their shape must be (pairs, 2)");
     require_groups(pairs.data(), pairs.size(), count);
@@ -254,6 +258,7 @@ void bind_global_fits(nb::module_ &m) {
         .def(
             "squares",
             [](const GlobalFits &self, Pairs pairs, Rows values) {
+                require_independent(self);
                 require_pairs(pairs, self.groups());
                 require_values(values, self.samples());
                 const std::size_t count = pairs.shape(0), fields = values.shape(0);
@@ -273,6 +278,7 @@ void bind_global_fits(nb::module_ &m) {
         .def(
             "residuals",
             [](GlobalFits &self, std::size_t degree, Indices1 some, Rows values) {
+                require_independent(self);
                 require(degree < self.degrees(),
                         "degree: it must be less than the number of degrees");
                 require_groups(some.data(), some.size(), self.groups());
@@ -288,6 +294,7 @@ void bind_global_fits(nb::module_ &m) {
         .def(
             "weights",
             [](GlobalFits &self, std::size_t degree, Indices1 some) {
+                require_independent(self);
                 require(degree < self.degrees(),
                         "degree: it must be less than the number of degrees");
                 require_groups(some.data(), some.size(), self.groups());

@@ -171,14 +171,14 @@ def test_trapezoids_of_the_same_sides_are_one():
     assert len(FRAME.trapezoids) == 5
 
 
-@pytest.mark.parametrize("name", ["triangle", "tetrahedron", "disc", "ball", "L", "octahedron"])
+@pytest.mark.parametrize("name", ["triangle", "tetrahedron", "disc", "polar disc", "ball", "L", "octahedron"])
 def test_peaks_inside(name):
     """A Gaussian whose tails are inside."""
     region = BODIES[name]
     at = {"triangle": [0.8, 0.5], "tetrahedron": [0.55, 0.65, 0.7], "L": [0.6, 1.8], "octahedron": [0.2, 0.1, 0.2]}
     center = np.array(at.get(name, getattr(region, "center", None)))
     sigma = {"octahedron": 0.08, "disc": 0.06}.get(name, 0.03)
-    if name in ("disc", "ball"):
+    if name in ("disc", "polar disc", "ball"):
         center = center + 0.2
     r = vq.quad(
         lambda x: np.exp(-((x - center[:, None]) ** 2).sum(axis=0) / (2 * sigma**2)), region, n_points=8000,
@@ -247,7 +247,7 @@ def test_smooth_functions_have_the_rate_of_the_box(name):
 
 
 def test_errors_on_bodies_fall_as_on_the_box():
-    """Slopes of benchmarks/domain_rates.py, from its committed results; a polynomial meets rounding on some bodies."""
+    """Slopes of benchmarks/domain_rates.py, from its committed results, or rounding; a tetrahedron's is less steep."""
     with (Path(__file__).parents[2] / "benchmarks/results/domain_rates.csv").open() as file:
         error = {(r["integrand"], r["body"], int(r["n"])): float(r["error"]) for r in csv.DictReader(file)}
 
@@ -257,7 +257,8 @@ def test_errors_on_bodies_fall_as_on_the_box():
     for box, bodies in {"square": ("triangle", "disc", "polygon"), "cube": ("tetrahedron", "ball")}.items():
         for body in bodies:
             assert slope("peak", body) < 0.8 * slope("peak", box)
-            assert slope("polynomial", body) < 0.8 * slope("polynomial", box) or error["polynomial", body, 8192] < 1e-5
+            least = {"tetrahedron": 0.6}.get(body, 0.8) * slope("polynomial", box)
+            assert slope("polynomial", body) < least or error["polynomial", body, 8192] < 1e-11
     for body in ("disc", "ball"):
         assert error["polynomial", body, 8192] < error["polynomial", f"polar {body}", 8192] / 100
 
@@ -328,6 +329,11 @@ def integral_by_nets(f, region):
         (lambda: vq.Simplex([[0, 0], [1, 1], [2, 2], [0, 3]]), r"vertices must be 2 to 3 points of R\^2, got 4"),
         (lambda: vq.Simplex([[0, np.nan], [1, 1]]), "vertices must be finite points"),
         (lambda: vq.Ball(radius=0), "radius must be a positive number, got 0"),
+        (
+            lambda: vq.Ball([0, 0], 1e200),
+            "radius must have a 2-th power that is a positive number, got 1e.200; take other",
+        ),
+        (lambda: vq.SphereSurface(radius=1e-200), "radius must have a 3-th power that is a positive number"),
         (lambda: vq.Ball(3), r"center must be 1 or more finite coordinates \(d,\), got 3"),
         (lambda: vq.SphereSurface([1]), "center must be 2 or more"),
         (lambda: vq.Polygon([[0, 0], [1, 1], [1, 0], [0, 1]]), "sides cross between x = 0 and 1"),

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import voroquad as vq
+from voroquad import _core
 from voroquad.designs.multi_jittered import period
 from voroquad.rules.global_fits import SAMPLES_PER_TERM, GlobalFits, degrees
 from voroquad.rules.groups import Groups
@@ -115,3 +116,17 @@ def test_where_the_others_do_not_determine_a_polynomial_nothing_is_predicted():
     fits = fits_of(samples.points, group, axes, (2,))
     np.testing.assert_array_equal(fits.residuals(0, np.array([0]), f)[:, group == 0], f[:, group == 0])
     np.testing.assert_array_equal(fits.weights(0, np.array([0]))[0], 1.0 * (group == 0))
+
+
+def test_what_is_not_determined_is_refused():
+    groups = Groups.of(np.arange(64) % 4, 4)
+    fits = _core.GlobalFits(groups.in_core, np.zeros((64, 3)), np.zeros((64, 3)), [3])
+    values = np.ones((1, 64))
+    assert not fits.independent
+    for call in (
+        lambda: fits.squares(np.array([[0, 1]]), values),
+        lambda: fits.residuals(0, np.array([0]), values),
+        lambda: fits.weights(0, np.array([0])),
+    ):
+        with pytest.raises(ValueError, match="do not determine all terms"):
+            call()

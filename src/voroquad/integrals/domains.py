@@ -137,7 +137,8 @@ class SphereSurface:
     empty = False
 
     def __init__(self, center: ArrayLike = (0.0, 0.0, 0.0), radius: float = 1.0):
-        self.center, self.radius = _center(center, 2), _positive("radius", radius)
+        self.center = _center(center, 2)
+        self.radius = _radius(radius, len(self.center))
 
     @property
     def d(self) -> int:
@@ -175,10 +176,10 @@ class Ball:
     -----
     Up to d = 3 the map is x_i = R t_i (∫_0^1 Π_{j≠i} (1 − s t_j²) ds)^½ with t = 2u − 1, for which R² − \|x\|² is
     R² Π_i (1 − t_i²). In the plane x = R t_0 (1 − t_1²/2)^½ and y = R t_1 (1 − t_0²/2)^½ (Fong, *Analytical Methods for
-    Squaring the Disc*, 2015). It is analytic on a neighbourhood of the box, without the pole and the axes of polar
-    coordinates, around which these wind smooth functions up. Its volume element is largest at the centre and falls to
-    0 at the edges of the box. Above d = 3 points are uniform: the radius is R u_0^(1/d), and the angles are those of
-    :class:`SphereSurface`.
+    Squaring the Disc*, 2015). It is analytic on a neighbourhood of the box. Polar
+    coordinates have a pole and an axis, near which smooth functions vary quickly with the angle; this map has none. Its
+    volume element is largest at the centre and falls to 0 at the corners of the square or the edges of the cube.
+    Above d = 3 points are uniform: the radius is R u_0^(1/d), and the angles are those of :class:`SphereSurface`.
 
     Examples
     --------
@@ -191,7 +192,8 @@ class Ball:
     empty = False
 
     def __init__(self, center: ArrayLike = (0.0, 0.0, 0.0), radius: float = 1.0):
-        self.center, self.radius = _center(center, 1), _positive("radius", radius)
+        self.center = _center(center, 1)
+        self.radius = _radius(radius, len(self.center))
 
     @property
     def d(self) -> int:
@@ -435,11 +437,15 @@ def _center(given: ArrayLike, least: int) -> Array:
     return center
 
 
-def _positive(name: str, value: float) -> float:
-    number = real_numbers(name, value)
-    if number.ndim or not 0 < number < math.inf:
-        raise ValueError(f"{name} must be a positive number, got {value!r}")
-    return float(number)
+def _radius(given: float, d: int) -> float:
+    radius = real_numbers("radius", given)
+    if radius.ndim or not 0 < radius < math.inf:
+        raise ValueError(f"radius must be a positive number, got {given!r}")
+    with np.errstate(over="ignore", under="ignore"):
+        power = float(radius**d)
+    if not 0 < power < math.inf:
+        raise ValueError(f"radius must have a {d}-th power that is a positive number, got {given!r}; take other units")
+    return float(radius)
 
 
 def _numbers_of_corners(given: ArrayLike, vertices: Array) -> Indices:

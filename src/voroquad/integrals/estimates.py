@@ -248,7 +248,7 @@ def unresolved(
     few = np.flatnonzero(support < fewest).tolist()
     if few:
         found.append(diagnosis("few-samples", samples=round(float(support.min()), 1), of=n, components=few))
-    elif heavy := heavy_tail(tails):
+    if heavy := heavy_tail({field: parts for field, parts in enumerate(tails) if field not in few}):
         found.append(heavy)
     return found
 

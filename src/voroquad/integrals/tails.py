@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 
 from .._support.arrays import Array
 from .diagnostics import IntegrationWarning, diagnosis
 
-#: Tail index from which on an estimate is not reliable. Its error falls as n^(index − 1), at most as n^−0.2.
+#: Tail index from which on an estimate is not reliable: its error falls as n^(index − 1), no faster than n^−0.2.
 HEAVY = 0.8
 
 #: The largest values that the index is estimated from: √n, and at least this number.
@@ -24,29 +24,30 @@ STEADY = 2 / 3
 FEWEST_VALUES = 64
 
 #: Largest (Σ|f|)² / (n Σf²) for which the tail is looked at; one as heavy as HEAVY leaves less.
-EVEN = 0.25
+MOST_EVEN = 0.25
 
 
-def heavy_tail(components: Sequence[Sequence[Array]]) -> IntegrationWarning | None:
-    """A warning if a component has a heavy tail, from its values at samples of equal probability.
+def heavy_tail(components: Mapping[int, Sequence[Array]]) -> IntegrationWarning | None:
+    """A warning if components have heavy tails, from their values at samples of equal probability.
 
     Parameters
     ----------
-    components : sequence of sequences of ndarray
-        The values of each component, in parts of any lengths, and in units in which no square over- or underflows.
+    components : mapping of int to sequence of ndarray
+        The values of components, by their numbers, in parts of any lengths, and in units in which no square over- or
+        underflows.
     """
-    indices = [tail_index(largest_sizes(parts)) if _uneven(parts) else -math.inf for parts in components]
-    heavy = [field for field, index in enumerate(indices) if index > HEAVY]
+    indices = {f: tail_index(largest_sizes(parts)) for f, parts in components.items() if _uneven(parts)}
+    heavy = [field for field, index in indices.items() if index > HEAVY]
     if not heavy:
         return None
-    return diagnosis("heavy-tail", tail_index=round(max(indices), 2), components=heavy)
+    return diagnosis("heavy-tail", tail_index=round(max(indices.values()), 2), components=heavy)
 
 
 def _uneven(parts: Sequence[Array]) -> bool:
     """Whether a few values are far larger than the others; it costs much less than to sort them."""
     n = sum(map(len, parts))
     total, square = sum(float(np.abs(v).sum()) for v in parts), sum(float(v @ v) for v in parts)
-    return n >= FEWEST_VALUES and total**2 < EVEN * n * square < math.inf
+    return n >= FEWEST_VALUES and total**2 < MOST_EVEN * n * square < math.inf
 
 
 def largest_sizes(parts: Sequence[Array]) -> Array:
@@ -79,11 +80,11 @@ def tail_index(largest: Array) -> float:
     if largest[0] <= 0:
         return -math.inf
     m = len(largest) - 1
-    logs = np.log(largest[1:] / largest[0])
+    logs = np.log(largest[1:]) - math.log(largest[0])  # ratios may overflow
     hill, second = float(logs.mean()), float(np.square(logs).mean())
     if hill**2 >= second:  # all are alike
         return -math.inf
     moment = hill + 1 - 0.5 / (1 - hill**2 / second)
     quarter = max(4, m // 4)
-    of_quarter = float(np.log(largest[-quarter:] / largest[-quarter - 1]).mean())
+    of_quarter = float((logs[-quarter:] - logs[-quarter - 1]).mean())
     return min(hill, moment, of_quarter) if of_quarter >= STEADY * hill else -math.inf
