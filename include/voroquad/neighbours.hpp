@@ -57,8 +57,9 @@ public:
     template <class IndexOf>
     void add(std::span<Face<D>> row, const IndexOf &index_of) {
         for (Face<D> &face : row) face.site = index_of(face.site);
-        const auto dropped = std::ranges::remove(row, false, &Face<D>::counts);
-        row = row.first(row.size() - dropped.size());
+        const auto end = std::remove_if(row.begin(), row.end(),
+                                        [](const Face<D> &face) { return !face.counts; });
+        row = {row.begin(), end};
         const std::size_t begin = rows_.offsets.back();
         const bool put = row.size() <= usual ? put_by_rank<usual>(row, begin)
                          : row.size() <= few ? put_by_rank<few>(row, begin)
