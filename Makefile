@@ -16,6 +16,8 @@ export PIP_DISABLE_PIP_VERSION_CHECK := 1
 # Of x86-64, that the core is compiled for: for developers all, for the demo what this machine needs
 LEVELS ?= all
 demo: export LEVELS := this-machine
+# A stamp for each: with the core for this machine only, there is still all to be built
+READY := $(VENV)/.ready-$(LEVELS)
 
 CORE := $(shell find include src/bindings -name '*.[ch]pp') CMakeLists.txt
 CPP := $(shell find include src/bindings src/live tests/cpp examples/cpp -name '*.[ch]pp')
@@ -25,7 +27,7 @@ CPP := $(shell find include src/bindings src/live tests/cpp examples/cpp -name '
 install: $(VENV)/.installed
 
 # The package and what it depends on, without extras
-built: $(VENV)/.ready
+built: $(READY)
 
 $(BIN)/python:
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
@@ -33,19 +35,20 @@ $(BIN)/python:
 	@$(PYTHON) -c 'import ensurepip, venv' || { echo "Python lacks venv: apt-get install python3-venv"; exit 1; }
 	$(PYTHON) -m venv $(VENV)
 
-$(VENV)/.ready: $(BIN)/python pyproject.toml $(CORE)
+$(READY): $(BIN)/python pyproject.toml $(CORE)
 	@command -v $${CXX:-c++} >/dev/null || { echo "voroquad needs a C++20 compiler: apt-get install g++"; exit 1; }
 	$(BIN)/pip install -q $(BUILD)
 	$(BIN)/pip install -q --no-build-isolation --no-deps -C cmake.define.VOROQUAD_LEVELS=$(LEVELS) -e .
 	$(BIN)/pip install -q voroquad # of the one just installed; sdists among these bring their own build tools
-	@touch $@
+	@rm -f $(VENV)/.ready-* # of what this one has replaced
+	@touch $@ $(VENV)/.ready-this-machine # which is among all
 
-$(VENV)/.installed: $(VENV)/.ready
+$(VENV)/.installed: $(READY)
 	$(BIN)/pip install -q 'voroquad[dev]'
 	@touch $@
 
 # What the demo needs; all of it is among what developers have
-$(VENV)/.demo: $(VENV)/.ready
+$(VENV)/.demo: $(READY)
 	$(BIN)/pip install -q 'voroquad[render]'
 	@touch $@
 
@@ -59,7 +62,7 @@ chromium:
 	@scripts/ensure-chromium.sh
 
 # The live figure: the core in WebAssembly, in a page that the documentation and the demo show
-wasm: $(VENV)/.ready
+wasm: $(READY)
 	@scripts/ensure-wasm.sh
 	$(BIN)/python scripts/make_live.py
 
@@ -94,7 +97,7 @@ test-oldest: llvm clang chromium
 	$(PYTHON) -m venv --clear $(OLDEST)
 	$(OLDEST)/bin/pip install -q uv # which can resolve to the lowest versions
 	$(UV) $(BUILD)
-	$(UV) --no-build-isolation --no-deps -C build-dir=build/oldest -e .
+	$(UV) --no-build-isolation --no-deps -C build-dir=build/oldest -C cmake.define.VOROQUAD_LEVELS=all -e .
 	$(UV) -r pyproject.toml --extra dev
 	$(ONE_THREAD) $(OLDEST)/bin/python $(PYTEST) -m 'not slow'
 

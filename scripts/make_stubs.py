@@ -11,27 +11,32 @@ import subprocess
 import sys
 import sysconfig
 import tempfile
-from importlib.util import find_spec
+from importlib import import_module
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parents[1]
 STUBS = ROOT / "src" / "voroquad" / "_core.pyi"
 PATTERNS = ROOT / "src" / "bindings" / "stub_patterns.txt"
-#: The three modules differ in the instructions of their code only.
-MODULE = "_core_baseline"
 HEAD = "# Written by scripts/make_stubs.py with nanobind {}\n"
+
+
+def installed_core() -> tuple[str, Path]:
+    """The module that is compiled for the best level here, and its folder; other levels have the same types."""
+    try:
+        module = f"_core_{import_module('voroquad._core').installed_levels()[0]}"
+    except ImportError as error:
+        sys.exit(f"voroquad's core cannot be loaded: {error}; build it with make install")
+    return module, Path(import_module(f"voroquad.{module}").__file__).parent
 
 
 def generated() -> str:
     """The stubs of the core that is installed, as ruff formats them."""
     import nanobind
 
-    core = find_spec(f"voroquad.{MODULE}")
-    assert core is not None
-    assert core.origin is not None
+    module, folder_of_core = installed_core()
     with tempfile.TemporaryDirectory() as folder:
         path = Path(folder) / STUBS.name
-        options = ["-q", "-D", "-i", Path(core.origin).parent, "-m", MODULE, "-p", PATTERNS, "-o", path]
+        options = ["-q", "-D", "-i", folder_of_core, "-m", module, "-p", PATTERNS, "-o", path]
         subprocess.run([sys.executable, "-m", "nanobind.stubgen", *map(str, options)], check=True)
         text = path.read_text(encoding="utf-8")
     text = HEAD.format(nanobind.__version__) + text

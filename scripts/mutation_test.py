@@ -168,7 +168,7 @@ class Copy:
         for module in CORE:
             found = importlib.util.find_spec(f"voroquad.{module}")
             if found is None or found.origin is None:
-                raise Unusable("voroquad is not installed: run make install")
+                raise Unusable(f"voroquad.{module} is not installed: run make install")
             shutil.copy2(found.origin, self.tree / "src" / "voroquad")
 
     def build_core(self) -> None:
