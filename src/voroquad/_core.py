@@ -1,8 +1,8 @@
 """The compiled core, in the version that suits this processor.
 
 The environment variable VOROQUAD_PROCESSOR asks for another: "baseline", "v3" or "v4", the levels
-of x86-64. All give the same bits. What is built from a checkout has the best level of the machine that
-built it, unless VOROQUAD_LEVELS is all; released wheels and what is built from an sdist have all.
+of x86-64. All give the same bits. What is built from a checkout has the baseline and the best level of the
+machine that built it, unless VOROQUAD_LEVELS is all; released wheels and what is built from an sdist have all.
 """
 
 from __future__ import annotations
@@ -31,10 +31,6 @@ def installed_levels() -> list[str]:
 
 def choose_level(levels: Sequence[str], asked: str | None) -> str:
     """The level asked for, else the best of those that are installed and that this processor has."""
-    if not levels:
-        raise ImportError(
-            f"voroquad was built on a newer processor than this one; install it with a core for each: {BUILD_ALL}"
-        )
     if asked is not None and asked not in levels:
         raise ImportError(
             f"VOROQUAD_PROCESSOR is {asked!r}; here are {', '.join(levels)}: take one of these, or unset it. "
