@@ -92,3 +92,14 @@ def test_no_zero_has_a_sign(bounds):
     cells = vq.cells([[-0.0, 0.5], [0.5, -0.0]], bounds=bounds)
     for values in (cells.points, cells.polygons().coordinates, vq.cells([-0.0, 0.5], bounds=bounds).intervals()):
         assert not np.signbit(values[values == 0]).any()
+
+
+@pytest.mark.parametrize("length", [1, 30, 1000])
+@pytest.mark.parametrize("d", [2, 3])
+def test_sites_next_to_each_other_share_a_long_box(d, length):
+    """Across a short period, at which a vertex far along the box sees the image of the other site only just nearer."""
+    points = np.full((2, d), 0.57 * length)
+    points[:, 0] = 0.0005 + np.array([0, 1.2e-13])
+    sides = [0.00102, *[length] * (d - 1)]
+    measures = vq.cells(points, bounds=[(0, side) for side in sides], periodic=[True, *[False] * (d - 1)]).measures
+    np.testing.assert_allclose(measures, np.prod(sides) / 2, rtol=1e-13)

@@ -114,8 +114,10 @@ private:
     // What is known of the nearest site to a vertex
     struct Gain {
         explicit Gain(const Point<D> &v)
-            : vertex(v), vertex2(dot<D>(v, v)), rounding(relative_rounding * std::sqrt(vertex2)),
-              doubt(4e-14 * vertex2 + 4e-15 * std::sqrt(vertex2)) {}
+            : vertex(v), vertex2(dot<D>(v, v)),
+              doubt(4e-14 * vertex2 + 4e-15 * std::sqrt(vertex2)) {
+            for (std::size_t a = 0; a < D; ++a) rounding[a] = relative_rounding * std::abs(v[a]);
+        }
 
         // Sites at this squared distance from the vertex or farther gain no more
         double bound() const {
@@ -123,8 +125,10 @@ private:
         }
 
         Point<D> vertex;
-        double vertex2;  // squared length
-        double rounding; // of a gain, relative to the size of q
+        double vertex2; // squared length
+        // Of a gain, relative to each coordinate of q. (In a long box a vertex may be far away
+        // along one axis, and a site that is near along another still gains.)
+        Point<D> rounding;
         // Distances that differ by less may be in the wrong order by rounding; gains still tell.
         // (All points of a line that crosses the way to v at a right angle are about as far from v
         // as the cell's own site.)
@@ -164,16 +168,16 @@ private:
         const std::size_t end = tree().leaf_begin(leaf + 1);
         for (std::size_t s = tree().leaf_begin(leaf); s < end; s += width) {
             const std::array<Vector, D> p = tree().vectors(s);
-            Vector q2{}, size{}, to_vertex{};
+            Vector q2{}, rounding{}, to_vertex{};
             for (std::size_t a = 0; a < D; ++a) {
                 const Vector q = along[a].way(p[a], site_[a]);
                 const Vector large = magnified * q;
                 q2 += large * q;
-                size += larger(large, -large);
+                rounding += best.rounding[a] * larger(large, -large);
                 to_vertex += large * best.vertex[a];
             }
             const Vector gain = to_vertex - 0.5 * q2;
-            const Mask significant = (gain > best.magnified_gain) & (gain > best.rounding * size);
+            const Mask significant = (gain > best.magnified_gain) & (gain > rounding);
             // Vectors may reach into the next leaf, and how far depends on their width. Among sites
             // of equal gain the choice must not depend on it.
             for_each_bit(bits_of(significant) & first_lanes(end - s), [&](std::size_t i) {
@@ -188,15 +192,15 @@ private:
     // Whether a site in a box may gain more than rounding can: q·v − |q|²/2 is at most the sum of
     // what each coordinate of q can gain.
     bool may_gain(const Box<D> &box, const Turns &along, const Gain &best) const {
-        double most = 0.0, least_size = 0.0;
+        double most = 0.0, least_rounding = 0.0;
         for (std::size_t a = 0; a < D; ++a) {
             const double lo = along[a].way(box.lo[a], site_[a]);
             const double hi = along[a].way(box.hi[a], site_[a]);
             const double q = std::clamp(best.vertex[a], lo, hi);
             most += magnified * q * (best.vertex[a] - 0.5 * q);
-            least_size += magnified * std::max({lo, -hi, 0.0});
+            least_rounding += magnified * best.rounding[a] * std::max({lo, -hi, 0.0});
         }
-        return most > 0.5 * best.rounding * least_size || least_size == 0.0;
+        return most > 0.5 * least_rounding || least_rounding == 0.0;
     }
 
     bool has_clipped(const FarSite &far) const {
