@@ -247,7 +247,10 @@ def test_smooth_functions_have_the_rate_of_the_box(name):
 
 
 def test_errors_on_bodies_fall_as_on_the_box():
-    """Slopes of benchmarks/domain_rates.py, from its committed results, or rounding; a tetrahedron's is less steep."""
+    """Slopes of benchmarks/domain_rates.py, from its committed results, or rounding.
+
+    Those of the polynomial are less steep in space, as docs/measured/integrals.md says.
+    """
     with (Path(__file__).parents[2] / "benchmarks/results/domain_rates.csv").open() as file:
         error = {(r["integrand"], r["body"], int(r["n"])): float(r["error"]) for r in csv.DictReader(file)}
 
@@ -257,7 +260,7 @@ def test_errors_on_bodies_fall_as_on_the_box():
     for box, bodies in {"square": ("triangle", "disc", "polygon"), "cube": ("tetrahedron", "ball")}.items():
         for body in bodies:
             assert slope("peak", body) < 0.8 * slope("peak", box)
-            least = {"tetrahedron": 0.6}.get(body, 0.8) * slope("polynomial", box)
+            least = {"tetrahedron": 0.6, "ball": 0.7}.get(body, 0.8) * slope("polynomial", box)
             assert slope("polynomial", body) < least or error["polynomial", body, 8192] < 1e-11
     for body in ("disc", "ball"):
         assert error["polynomial", body, 8192] < error["polynomial", f"polar {body}", 8192] / 100
