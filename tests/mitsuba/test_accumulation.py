@@ -39,6 +39,19 @@ def test_two_threads_that_share_a_pixel_add_it_as_one_does(spp):
         np.testing.assert_array_equal(own, means[0])
 
 
+def test_another_number_of_pixels_costs_no_compilation():
+    """Adaptive images have another one for each seed. In all there are eight kernels for pixels by an octave."""
+    kernels = []
+    for pixels in (2048, 2043, 1999):
+        rays = dr.arange(mi.UInt32, pixels * 16)
+        with dr.scoped_set_flag(dr.JitFlag.KernelHistory, True):
+            dr.kernel_history_clear()
+            means = pixel_means([mi.Float(rays & 15), mi.Float(rays >> 4)], rays, 16)
+            kernels.append({kernel["hash"] for kernel in dr.kernel_history() if "hash" in kernel})
+        np.testing.assert_array_equal(means, np.transpose([np.full(pixels, 7.5), np.arange(pixels)]))
+    assert kernels[0] == kernels[1] == kernels[2]
+
+
 def scene_dict(rfilter, **film):
     """A sphere in the sun, as a pinhole sees it."""
     look = mi.ScalarTransform4f().look_at([0, 0, 4], [0, 0, 0], [0, 1, 0])

@@ -34,11 +34,20 @@ def quotient(index: mi.UInt32, n: int) -> mi.UInt32:
     return index >> dr.opaque(mi.UInt32, shift) if 1 << shift == n else index // dr.opaque(mi.UInt32, n)
 
 
+def _size_class(runs: int) -> int:
+    """The least of eight numbers in each octave that is not below `runs`."""
+    step = 1 << max(0, runs.bit_length() - 4)
+    return -(-runs // step) * step
+
+
 def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Floats:
     """Means (pixels, len(values)) over the `spp` consecutive rays of each pixel; `index` numbers the rays.
 
     A run is what a pixel has in a block of `longest` rays. Ray i is in run i // spp + i // longest: different pixels or
     blocks, different runs. Where `longest` is a multiple of spp, pixels are runs.
+
+    Dr.Jit adds in an array for each thread, whose size is a literal of the kernel. It is one of few, as another number
+    of runs must not cost a compilation.
     """
     rays, number = dr.width(index), quotient(index, spp)
     runs = rays // spp
@@ -49,11 +58,11 @@ def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Float
         runs += -(-rays // longest)
     packet = min(_PACKET, 1 << (len(values) - 1).bit_length())  # a power of two
     packets = -(-len(values) // packet)
-    sums = dr.zeros(mi.Float, runs * packets * packet)
+    sums = dr.zeros(mi.Float, _size_class(runs) * packets * packet)
     for k in range(packets):
         side_by_side = [*values[k * packet : (k + 1) * packet], *[mi.Float(0)] * packet][:packet]
         dr.scatter_add(sums, mi.ArrayXf(side_by_side), number * packets + k)
-    of_runs = np.asarray(sums).reshape(runs, packets * packet)[:, : len(values)]
+    of_runs = np.asarray(sums).reshape(-1, packets * packet)[:runs, : len(values)]
     if not divided:
         return of_runs / np.float32(spp)
     pixel = np.arange(rays // spp)
