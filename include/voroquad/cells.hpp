@@ -127,7 +127,7 @@ void for_each_cell(const PointView<D> &points, const BoundsOf<D> &domain, CellWo
     detail::check_points(points, domain);
     VOROQUAD_CHECK(threads >= 1, "for_each_cell: threads must be at least 1");
     if (points.size() == 0) return;
-    work.tree.build(points);
+    work.tree.build(points, threads);
     detail::visit_cells(work.tree, work.cutters, domain, threads, visit, pause);
 }
 
@@ -142,7 +142,7 @@ void for_each_cell_in(const PointView<D> &points, const ConvexDomainOf<D> &domai
     detail::check_points_within(points, domain);
     VOROQUAD_CHECK(threads >= 1, "for_each_cell_in: threads must be at least 1");
     if (points.size() == 0) return;
-    work.tree.build(points);
+    work.tree.build(points, threads);
     detail::visit_cells(work.tree, work.cutters, domain, threads, detail::AnyVisit<D>(visit),
                         pause);
 }

@@ -25,7 +25,7 @@ void nearest_points(const PointView<D> &points, const BoundsOf<D> &domain,
     detail::check_points(places, domain);
     VOROQUAD_CHECK(points.size() > 0, "nearest_points: there must be a point");
     detail::PointTree<D> tree;
-    tree.build(points);
+    tree.build(points, threads);
     const detail::NearestPoint<D> find(tree, domain);
     const auto find_some = [&](std::size_t begin, std::size_t end, unsigned) {
         for (std::size_t i = begin; i < end; ++i) nearest[i] = find(places[i]);

@@ -157,7 +157,7 @@ Neighbours<D> cell_neighbours(const PointView<D> &points, const ConvexDomainOf<D
     } else {
         if (points.size() == 0) return detail::RowWriter<D>(0, 0).rows();
         detail::PointTree<D> tree;
-        tree.build(points);
+        tree.build(points, threads);
         // In the plane cells tell which points bound them; in space these are looked for.
         constexpr bool numbered = D == 2;
         std::vector<detail::CellCutter<D, numbered>> cutters;

@@ -1,6 +1,10 @@
 // Voronoi cells for Python.
 #include "arrays.hpp"
 
+#include <atomic>
+#include <optional>
+
+#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/tuple.h>
 
@@ -49,13 +53,64 @@ ConvexDomain<D> domain_of(const Region &region) {
 }
 
 template <std::size_t D>
+PointView<D> set_of(const StridedSets &points, std::size_t s) {
+    return {points.data() + static_cast<std::ptrdiff_t>(s) * points.stride(0), points.shape(1),
+            points.stride(1), points.stride(2)};
+}
+
+using Offset = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+
+// A coordinate x of the caller is (x − offset) · scale in the core.
+struct Scaling {
+    Offset offset;
+    double scale;
+};
+
+// Copies points into the core's coordinates; returns whether all lie inside the sides, and then
+// inside those of the core.
+template <std::size_t D>
+bool copied_inside(const StridedSets &points, const Sides &sides, const Scaling &scaling,
+                   const Sides &in_core, double *out, unsigned threads) {
+    const std::size_t sets = points.shape(0), n = points.shape(1);
+    const double *const end = sides.data(), *const core_end = in_core.data();
+    const double *const offset = scaling.offset.data();
+    constexpr std::size_t grain = std::size_t{1} << 14;
+    std::atomic<bool> inside{true};
+    nb::gil_scoped_release release;
+    parallel_for(sets * n, grain, threads, [&](std::size_t begin, std::size_t last, unsigned) {
+        bool all = true;
+        for (std::size_t i = begin; i < last;) {
+            const std::size_t s = i / n, set_end = std::min(last, (s + 1) * n);
+            const PointView<D> set = set_of<D>(points, s);
+            for (; i < set_end; ++i) {
+                const Point<D> x = set[i - s * n];
+                for (std::size_t a = 0; a < D; ++a) {
+                    const double y = (x[a] - offset[a]) * scaling.scale;
+                    all &= (end[2 * a] <= x[a]) & (x[a] <= end[2 * a + 1]); // NaN is not
+                    all &= (core_end[2 * a] <= y) & (y <= core_end[2 * a + 1]);
+                    out[i * D + a] = y;
+                }
+            }
+        }
+        if (!all) inside = false;
+    });
+    return inside;
+}
+
+std::optional<Array<double>> copy_inside(StridedSets points, Sides sides, Offset offset,
+                                         double scale, Sides in_core, unsigned threads) {
+    const std::size_t sets = points.shape(0), n = points.shape(1), d = points.shape(2);
+    detail::LargeArray<double> out(sets * n * d);
+    const auto copied = d == 1 ? copied_inside<1> : d == 2 ? copied_inside<2> : copied_inside<3>;
+    if (!copied(points, sides, {offset, scale}, in_core, out.data(), threads)) return {};
+    return own(std::move(out), {sets, n, d});
+}
+
+template <std::size_t D>
 void fill_measures(const StridedSets &points, const Region &region, double *out, unsigned threads) {
     const ConvexDomain<D> domain = domain_of<D>(region);
     const std::size_t sets = points.shape(0), n = points.shape(1);
-    const auto set = [&](std::size_t s) {
-        return PointView<D>(points.data() + static_cast<std::ptrdiff_t>(s) * points.stride(0), n,
-                            points.stride(1), points.stride(2));
-    };
+    const auto set = [&](std::size_t s) { return set_of<D>(points, s); };
     nb::gil_scoped_release release;
     if (domain.walls.empty())
         return cell_measures_of_sets<D>(set, sets, n, domain.bounds, out, threads, CheckSignals());
@@ -71,11 +126,6 @@ Array<double> measures(StridedSets points, Sides sides, Axes periodic, Walls wal
     const auto fill = d == 1 ? fill_measures<1> : d == 2 ? fill_measures<2> : fill_measures<3>;
     fill(points, {sides, periodic, walls}, out.data(), threads);
     return own(std::move(out), {sets, n});
-}
-
-template <std::size_t D>
-PointView<D> one_set(const StridedSets &points) {
-    return {points.data(), points.shape(1), points.stride(1), points.stride(2)};
 }
 
 // Points (n, D), kept as they are
@@ -98,7 +148,8 @@ void fill_in_ball(const StridedSets &points, const Sides &sides, const Axes &per
     std::copy_n(centre.data(), D, at.begin());
     const Bounds<D> domain = bounds_of<D>(sides, periodic);
     nb::gil_scoped_release release;
-    cell_measures_in_ball<D>(one_set<D>(points), domain, at, radius, out, threads, CheckSignals());
+    cell_measures_in_ball<D>(set_of<D>(points, 0), domain, at, radius, out, threads,
+                             CheckSignals());
 }
 
 Array<double> measures_in_ball(StridedSets points, Sides sides, Axes periodic, Centre centre,
@@ -117,7 +168,7 @@ Array<double> measures_in_cylinder(StridedSets points, Sides sides, Axes periodi
     const Point<2> at{centre.data()[0], centre.data()[1]};
     {
         nb::gil_scoped_release release;
-        cell_measures_in_cylinder(one_set<3>(points), domain, at, radius, out.data(), threads,
+        cell_measures_in_cylinder(set_of<3>(points, 0), domain, at, radius, out.data(), threads,
                                   CheckSignals());
     }
     const std::size_t n = out.size();
@@ -130,7 +181,7 @@ Array<double> centroids_of(const StridedSets &points, const Region &region, unsi
     std::vector<Point<D>> out(points.shape(1));
     {
         nb::gil_scoped_release release;
-        cell_centroids<D>(one_set<D>(points), domain, out.data(), threads, CheckSignals());
+        cell_centroids<D>(set_of<D>(points, 0), domain, out.data(), threads, CheckSignals());
     }
     return flat<D>(std::move(out));
 }
@@ -147,7 +198,7 @@ Array<double> radii_of(const StridedSets &points, const Region &region, unsigned
     std::vector<double> out(points.shape(1));
     {
         nb::gil_scoped_release release;
-        cell_radii<D>(one_set<D>(points), domain, out.data(), threads, CheckSignals());
+        cell_radii<D>(set_of<D>(points, 0), domain, out.data(), threads, CheckSignals());
     }
     const std::size_t n = out.size();
     return own(std::move(out), {n});
@@ -177,7 +228,7 @@ std::pair<Array<double>, Array<std::size_t>> polygons(StridedSets points, Sides 
     const ConvexDomain<2> domain = domain_of<2>({sides, periodic, walls});
     Polygons cells = [&] {
         nb::gil_scoped_release release;
-        return cell_polygons(one_set<2>(points), domain, CheckSignals());
+        return cell_polygons(set_of<2>(points, 0), domain, CheckSignals());
     }();
     const std::size_t offsets = cells.offsets.size();
     return {flat<2>(std::move(cells.vertices)), own(std::move(cells.offsets), {offsets})};
@@ -188,7 +239,7 @@ polyhedra(StridedSets points, Sides sides, Axes periodic, Walls walls) {
     const ConvexDomain<3> domain = domain_of<3>({sides, periodic, walls});
     Polyhedra cells = [&] {
         nb::gil_scoped_release release;
-        return cell_polyhedra(one_set<3>(points), domain, CheckSignals());
+        return cell_polyhedra(set_of<3>(points, 0), domain, CheckSignals());
     }();
     const std::size_t faces = cells.begin.size(), n = cells.faces.size();
     return {flat<3>(std::move(cells.corners)), own(std::move(cells.begin), {faces}),
@@ -203,7 +254,7 @@ NeighbourRows neighbours_of(const StridedSets &points, const Region &region, uns
     const ConvexDomain<D> domain = domain_of<D>(region);
     Neighbours<D> rows = [&] {
         nb::gil_scoped_release release;
-        return cell_neighbours<D>(one_set<D>(points), domain, threads, CheckSignals());
+        return cell_neighbours<D>(set_of<D>(points, 0), domain, threads, CheckSignals());
     }();
     const std::size_t n = rows.border.size(), m = rows.indices.size();
     std::vector<std::int8_t> periods;
@@ -229,7 +280,7 @@ void fill_nearest(const StridedSets &points, const StridedSets &places, const Si
                   const Axes &periodic, std::vector<std::size_t> &out, unsigned threads) {
     const Bounds<D> domain = bounds_of<D>(sides, periodic);
     nb::gil_scoped_release release;
-    nearest_points<D>(one_set<D>(points), domain, one_set<D>(places), out.data(), threads,
+    nearest_points<D>(set_of<D>(points, 0), domain, set_of<D>(places, 0), out.data(), threads,
                       CheckSignals());
 }
 
@@ -245,6 +296,11 @@ Array<std::size_t> nearest(StridedSets points, StridedSets places, Sides sides, 
 } // namespace
 
 void bind_cells(nb::module_ &m) {
+    m.def(
+        "copy_inside", &copy_inside, "points"_a, "sides"_a, "offset"_a, "scale"_a, "in_core"_a,
+        "threads"_a,
+        "(points - offset) * scale (sets, n, d), where points are inside `sides` and these inside "
+        "`in_core`; else None.");
     m.def("measures", &measures, "points"_a, "sides"_a, "periodic"_a, "walls"_a, "threads"_a,
           "Cell measures (sets, n) of points (sets, n, d), d = 1, 2 or 3.");
     m.def("intervals", &intervals, "points"_a, "sides"_a, "periodic"_a,

@@ -7,6 +7,14 @@ from numpy.typing import NDArray
 
 def processor_levels() -> list[str]: ...
 def installed_levels() -> list[str]: ...
+def copy_inside(
+    points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
+    sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    offset: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    scale: float,
+    in_core: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],
+    threads: int,
+) -> NDArray[numpy.float64] | None: ...
 def measures(
     points: Annotated[NDArray[numpy.float64], {"shape": (None, None, None), "device": "cpu", "writable": False}],
     sides: Annotated[NDArray[numpy.float64], {"shape": (None, 2), "order": "C", "device": "cpu", "writable": False}],

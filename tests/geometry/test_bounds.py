@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import product
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -85,6 +87,48 @@ def test_no_digit_is_lost_on_the_way_to_the_core(low, side, share):
 def test_the_unit_box_costs_no_copy():
     x = np.random.default_rng(2).random((9, 2))
     assert Bounds(2).to_core(x) is x
+
+
+@pytest.mark.parametrize(
+    ("sides", "d"),
+    [*product([(0, 1), (0, 4), (-0.3, 0.1), (1e6, 1e6 + 0.7)], [1, 2, 3]), ((-3e-302, 4e-302), 1)],
+)
+def test_the_copy_for_the_core_has_the_points_that_were_checked(sides, d):
+    """In any layout, and where some are on a seam; in one pass, which gives the same as one after the other."""
+    box = Bounds(d, [sides] * d, [True] + [False] * (d - 1))
+    low, high = box.sides[0]
+    x = np.clip(low + np.random.default_rng(d).random((3, 40, d)) * (high - low), low, np.nextafter(high, low))
+    record = np.zeros((3, 40), [("tag", "i1"), ("x", "f8", d)])  # not aligned
+    record["x"] = x
+    seam = x.copy()
+    seam[1, 2, 0] = high
+    for points in (x, x[0], x[:, ::-2], np.asfortranarray(x), record["x"], record["x"][1], seam, x.astype(np.float32)):
+        try:
+            inside = box.to_core(points)
+        except ValueError:  # rounding to float32 has put one outside
+            inside = None
+        for threads in (1, 2):
+            if inside is None:
+                with pytest.raises(ValueError, match="is not inside"):
+                    box.copied_to_core(points, threads)
+                continue
+            copy = box.copied_to_core(points, threads)
+            np.testing.assert_array_equal(copy, inside)
+            assert not np.may_share_memory(copy, points)
+
+
+def test_what_scaling_rounds_to_an_end_is_still_outside():
+    with pytest.raises(ValueError, match="is not inside"):
+        vq.cells([[-5e-324, 0.5]], bounds=(0, 4))
+
+
+@pytest.mark.parametrize("axis", [0, 1])
+@pytest.mark.parametrize("value", [-0.1, 1.1, np.nan])
+def test_one_point_outside_is_found_among_many(axis, value):
+    points = np.full((5, 20_000, 2), 0.5)
+    points[4, 15_000, axis] = value
+    with pytest.raises(ValueError, match=r"points\[\(4, 15000\)\]"):
+        vq.cells(points, threads=2)
 
 
 @pytest.mark.parametrize("bounds", [(0, 1), (0, 4), (-1, 1)])

@@ -1,4 +1,4 @@
-"""Cells of one thread do not wait for those of another."""
+"""Cells of one thread do not wait for those of another, and are the same by any number of threads."""
 
 from concurrent.futures import ThreadPoolExecutor
 from functools import cached_property
@@ -53,3 +53,28 @@ def test_of_one_set_two_threads_have_the_same(held):
 def test_no_property_shares_a_lock_of_all_instances():
     """As functools.cached_property does on Python 3.11: a child forked meanwhile would wait for ever."""
     assert not [name for name, value in vars(vq.Cells).items() if isinstance(value, cached_property)]
+
+
+def many_points(kind: str, n: int, d: int) -> np.ndarray:
+    """So many that a few threads sort them together."""
+    rng = np.random.default_rng(d)
+    points = rng.random((n, d))
+    if kind == "copies":
+        points[rng.integers(n, size=n // 5)] = points[rng.integers(n, size=n // 5)]
+    elif kind == "sparse":  # grids have blocks of a point or two beside crowded ones
+        points **= 6
+    return points
+
+
+@pytest.mark.parametrize("kind", ["uniform", "copies", "sparse"])
+@pytest.mark.parametrize(("n", "d"), [(100_000, 2), (50_000, 3)])
+def test_sets_sorted_by_several_threads_have_the_same_cells(kind, n, d):
+    points = many_points(kind, n, d)
+    one, *others = (vq.cells(points, threads=t).measures for t in (1, 2, 3))
+    assert abs(one.sum() - 1) <= 1e-12
+    for measures in others:
+        np.testing.assert_array_equal(measures, one)
+    places = np.random.default_rng(5).integers(n, size=1000)
+    found = vq.cells(points, threads=3).locate(points[places])
+    np.testing.assert_array_equal(points[found], points[places])
+    assert (found <= places).all()

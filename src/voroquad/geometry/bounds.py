@@ -9,6 +9,7 @@ from typing import Any, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from .. import _core
 from .._support.arrays import Array
 from .._support.checks import extent, point_array, refuse_outside
 
@@ -17,6 +18,8 @@ Periodic: TypeAlias = bool | Sequence[bool] | NDArray[np.bool_]
 
 #: The longest side over the shortest, at most: below it products of two sides keep their digits.
 MOST_SLENDER = 1e100
+#: Up to this exponent a power of two and its inverse are normal numbers
+_EXACT_SCALES = 1000
 
 
 class Bounds:
@@ -82,13 +85,22 @@ class Bounds:
         self._refuse_outside(array, type_of(points), name)
         array = self._scaled(self._drawn_in(array))
         low, high = self._core_sides.T
-        below_high = np.where(self.periodic, np.nextafter(high, low), high)
+        below_high = self._greatest_in_core()
         least, most = extent(array)
         if (least >= low).all() and (most <= below_high).all():
             return array
         array = np.where(self.periodic & (array >= high), array - (high - low), array)
         array = np.where(self.periodic & (array < low), array + (high - low), array)
         return np.clip(array, low, below_high)
+
+    def copied_to_core(self, points: ArrayLike, threads: int) -> Array:
+        """The same as an array of its own: what is checked here is what the core gets, whatever the caller does."""
+        array = point_array(points)
+        copy = self._copied_inside(array, threads)
+        if copy is not None:
+            return copy
+        inside = self.to_core(points)
+        return inside.copy() if np.may_share_memory(inside, array) else inside
 
     def to_unit(self, points: ArrayLike, name: str = "points") -> Array:
         """Points (n, d) or (sets, n, d) as those of [0, 1)^d, each axis scaled by itself; refused as in `to_core`."""
@@ -112,6 +124,24 @@ class Bounds:
         """Distance (...,) of places (..., d) from the border; negative outside, infinite on a torus."""
         low, high = self.sides.T
         return np.where(self.periodic, np.inf, np.minimum(places - low, high - places)).min(axis=-1)
+
+    def _copied_inside(self, points: Array, threads: int) -> Array | None:
+        """Points as the core takes them, copied, scaled and checked in one pass; None if one is outside or on a seam.
+
+        In passes of their own these would take a fifth of the time that two threads need for the cells.
+        """
+        if abs(self._exponent) > _EXACT_SCALES:
+            return None
+        in_core = np.column_stack([self._core_sides[:, 0], self._greatest_in_core()])
+        batch = np.require(points if points.ndim == 3 else points[None], requirements="A")
+        scale = math.ldexp(1.0, -self._exponent)
+        copy = _core.copy_inside(batch, self.sides, self._offset, scale, in_core, threads)
+        return copy if copy is None or points.ndim == 3 else copy[0]
+
+    def _greatest_in_core(self) -> Array:
+        """The greatest coordinate (d,) of a point in the core: on periodic axes below the upper end."""
+        low, high = self._core_sides.T
+        return np.where(self.periodic, np.nextafter(high, low), high)
 
     def _scaled(self, points: Array) -> Array:
         if self._offset.any():

@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from .._support.arrays import Array
 from .._support.checks import one_of, point_array, thread_count
 from .bounds import Bounds, Periodic
 from .convex import from_half_spaces, from_vertices
@@ -106,8 +105,8 @@ def cells(
         remedy = "pass points.T if they are (d, n)" if n <= 3 else "weights(points) counts them by probes"
         raise ValueError(f"cells are computed for d = 1, 2 and 3, got d = {d}, points of shape {array.shape}; {remedy}")
     if domain is None and cell is None:
-        box = Bounds(d, bounds, periodic)
-        return Cells(_own(box.to_core(points), array), box, thread_count(threads))
+        box, crew = Bounds(d, bounds, periodic), thread_count(threads)
+        return Cells(box.copied_to_core(points, crew), box, crew)
     if cell is not None:
         refuse_with("cell", bounds=bounds is not None, domain=domain is not None, periodic=np.any(periodic))
         return _of_lattice(points, d, Lattice(cell), thread_count(threads))
@@ -119,12 +118,8 @@ def cells(
         return RegionCells(points, region_of(domain), thread_count(threads))
     is_pair = isinstance(domain, tuple) and len(domain) == 2 and np.ndim(domain[0]) == 2
     convex = from_half_spaces(domain[0], domain[1], d) if is_pair else from_vertices(domain, d)
-    return Cells(_own(convex.to_core(points), array), convex, thread_count(threads))
-
-
-def _own(inside: Array, given: Array) -> Array:
-    """A copy of points if they are the caller's: what is checked here is what is cut later."""
-    return inside.copy() if np.may_share_memory(inside, given) else inside
+    crew = thread_count(threads)
+    return Cells(convex.copied_to_core(points, crew), convex, crew)
 
 
 def _of_lattice(points: ArrayLike, d: int, lattice: Lattice, threads: int) -> Cells:

@@ -58,6 +58,9 @@ class ConvexDomain(Bounds):
         """Distance (...,) of places (..., d) from the border, where that is less than from any corner."""
         return _depth(self._walls, places)
 
+    def _copied_inside(self, points: Array, threads: int) -> Array | None:
+        return None  # walls are held against the points as well
+
     def _drawn_in(self, points: Array) -> Array:
         outside = self.depth(points) < -UNSEEN * np.abs(self.sides).max()
         if not outside.any():
