@@ -16,6 +16,9 @@ from .lattice_cells import LatticeCells, LineCells
 from .regions import RegionCells, is_region, region_of
 from .round_cells import RoundCells
 
+#: What `domain` can be
+DOMAINS = "vertices (k, d), half-spaces (A, b), a polygon, a vq.Ball, vq.Simplex or vq.Polytope, 'ball' or 'cylinder'"
+
 
 def cells(
     points: ArrayLike,
@@ -46,6 +49,7 @@ def cells(
         * a polygon or multipolygon, with or without holes, of Shapely, GeoPandas or anything that has
           ``__geo_interface__``, such as :class:`voroquad.Polygon`, d = 2; needs the extra ``geo``. Such cells have
           `measures`, `centroids`, `locate`, `neighbours`, `geometries` and `plot`;
+        * a :class:`voroquad.Ball`, d = 1 to 3, :class:`voroquad.Simplex` or convex :class:`voroquad.Polytope`;
         * ``"ball"``: the disc or ball that touches the sides of `bounds`, which must be equal; ``"cylinder"``, d = 3:
           the same in the first two axes, between the ends of the third, which may be periodic. Such cells have
           `measures` and `locate`, those of a disc also `plot`.
@@ -110,16 +114,32 @@ def cells(
     if cell is not None:
         refuse_with("cell", bounds=bounds is not None, domain=domain is not None, periodic=np.any(periodic))
         return _of_lattice(points, d, Lattice(cell), thread_count(threads))
+    if hasattr(domain, "for_cells"):
+        refuse_with("domain", bounds=bounds is not None, periodic=np.any(periodic))
+        return cells(points, **shape_of(domain, d), threads=threads)
     if isinstance(domain, str):
         one_of("domain", domain, ("ball", "cylinder"))
         return RoundCells(points, Bounds(d, bounds, periodic), domain, thread_count(threads))
     refuse_with("domain", bounds=bounds is not None, periodic=np.any(periodic))
     if is_region(domain):
         return RegionCells(points, region_of(domain), thread_count(threads))
+    if not isinstance(domain, list | tuple) and np.asarray(domain).dtype == object:
+        raise ValueError(f"domain must be {DOMAINS}, got {domain!r}")
     is_pair = isinstance(domain, tuple) and len(domain) == 2 and np.ndim(domain[0]) == 2
     convex = from_half_spaces(domain[0], domain[1], d) if is_pair else from_vertices(domain, d)
     crew = thread_count(threads)
     return Cells(convex.copied_to_core(points, crew), convex, crew)
+
+
+def shape_of(domain: Any, d: int) -> dict[str, Any]:
+    """What `cells` takes for points in d dimensions and one of the domains that :func:`voroquad.quad` integrates over.
+
+    These belong to a higher floor and say so themselves; ValueError if cells cannot end at their borders.
+    """
+    arguments: dict[str, Any] = domain.for_cells()
+    if domain.d != d:
+        raise ValueError(f"domain is a {type(domain).__name__} with d = {domain.d}, the points have d = {d}")
+    return arguments
 
 
 def _of_lattice(points: ArrayLike, d: int, lattice: Lattice, threads: int) -> Cells:

@@ -12,7 +12,7 @@ from .. import _core
 from .._support.arrays import Array
 from .._support.checks import one_of, real_numbers, thread_count
 from .bounds import Bounds, Periodic, type_of
-from .cells import cells, refuse_with
+from .cells import cells, refuse_with, shape_of
 from .k_space import (
     UNITS,
     Trajectory,
@@ -60,8 +60,9 @@ def density_compensation(
     periodic : bool or sequence of bool, (d,)
         Which axes of a box are periodic, by default none: grids with a line at −½ and none at ½.
     domain, cell : optional
-        Another domain in place of `rim`, in the units of the trajectory: a convex polygon or polytope, a polygon with
-        holes, or the lattice vectors (d, d) by which k-space repeats, as in :func:`voroquad.cells`.
+        Another domain in place of `rim`, in the units of the trajectory: a convex polygon or polytope, also as a
+        :class:`voroquad.Simplex` or :class:`voroquad.Polytope`, a polygon with holes, or the lattice vectors (d, d) by
+        which k-space repeats, as in :func:`voroquad.cells`.
     units : {"cycles/voxel", "radians/voxel", "cycles/fov"}
         Unit of the positions: within [−½, ½], within [−π, π], or within [−N/2, N/2] for an image of N voxels along
         the axis, as in BART; ``"cycles/fov"`` (per field of view) needs `shape`.
@@ -168,6 +169,9 @@ def _in_domain(
         if vectors.shape != (given.d, given.d):
             raise ValueError(f"cell has shape {vectors.shape}; give d = {given.d} lattice vectors, one in each row")
         return cells(given.positions.astype(dtype), cell=vectors / given.per_unit, threads=threads).measures
+    if hasattr(domain, "for_cells"):
+        shape = shape_of(domain, domain.d)
+        domain = "ball" if "bounds" in shape else shape["domain"]
     if isinstance(domain, str):
         raise ValueError(_of_name(domain))
     if is_region(domain):

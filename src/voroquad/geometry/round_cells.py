@@ -35,7 +35,8 @@ class RoundCells(Cells):
             raise ValueError(f"domain='cylinder' needs points in d = 3, got d = {box.d}; a disc is domain='ball'")
         if box.d == 1:
             raise ValueError("domain='ball' needs points in d = 2 or 3; on a line give bounds=")
-        if np.ptp(length) > ROUND * length.max():
+        rounding = 4 * float(np.finfo(np.float64).eps) * np.abs(sides).max()  # of the ends, and of their distance
+        if np.ptp(length) > max(ROUND * length.max(), rounding):
             raise ValueError(f"bounds {sides.tolist()}: a {shape} touches its box, so that these sides must be equal")
         if box.periodic[:axes].any():
             raise ValueError(f"periodic {box.periodic.tolist()}: axes across a {shape} are not periodic")

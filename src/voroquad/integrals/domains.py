@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.spatial import Delaunay, QhullError
+from scipy.spatial import ConvexHull, Delaunay, QhullError
 from scipy.special import betaincinv
 
 from .._support.arrays import Array, Indices
@@ -21,6 +21,8 @@ SMOOTH = 3
 
 #: A simplex with a smaller share of the volume of its polytope is flat up to rounding.
 FLAT = 1e-14
+#: How much of its convex hull a convex polytope may lack by rounding
+HOLLOW = 1e-9
 
 
 class Simplex:
@@ -66,6 +68,12 @@ class Simplex:
             raise ValueError(f"vertices must span {k} dimensions, got {self.vertices.tolist()}; move or drop a vertex")
         self.volume = float(volume)
         self._edges, self._powers = edges, np.arange(k - 1, -1, -1.0)
+
+    def for_cells(self) -> dict[str, Any]:
+        """The arguments of :func:`voroquad.cells` for this domain."""
+        if self.d < self.vertices.shape[1]:
+            raise ValueError(f"domain is a surface in R^{self.vertices.shape[1]}; cells fill one of d + 1 corners")
+        return {"bounds": np.sort(self.vertices[:, 0])} if self.d == 1 else {"domain": self.vertices}
 
     @property
     def d(self) -> int:
@@ -140,6 +148,10 @@ class SphereSurface:
         self.center = _center(center, 2)
         self.radius = _radius(radius, len(self.center))
 
+    def for_cells(self) -> NoReturn:
+        """There are no cells on a sphere, but their areas."""
+        raise ValueError("domain is a surface; vq.sphere_weights(points) gives the areas of cells of unit vectors")
+
     @property
     def d(self) -> int:
         """Dimension of the surface."""
@@ -194,6 +206,11 @@ class Ball:
     def __init__(self, center: ArrayLike = (0.0, 0.0, 0.0), radius: float = 1.0):
         self.center = _center(center, 1)
         self.radius = _radius(radius, len(self.center))
+
+    def for_cells(self) -> dict[str, Any]:
+        """The arguments of :func:`voroquad.cells` for this domain."""
+        bounds = np.column_stack([self.center - self.radius, self.center + self.radius])
+        return {"bounds": bounds} if self.d == 1 else {"bounds": bounds, "domain": "ball"}
 
     @property
     def d(self) -> int:
@@ -359,6 +376,26 @@ class Polytope:
             corners = self.vertices[_numbers_of_corners(simplices, self.vertices)]
         self.simplices = tuple(Simplex(c) for c in corners)
         self.volume = math.fsum(s.volume for s in self.simplices)
+
+    @property
+    def d(self) -> int:
+        """Dimension."""
+        return int(self.vertices.shape[1])
+
+    def for_cells(self) -> dict[str, Any]:
+        """The arguments of :func:`voroquad.cells` for this domain, if it is convex."""
+        corners = np.unique(np.concatenate([s.vertices for s in self.simplices]), axis=0)
+        if self.d == 1:
+            hull_volume, arguments = float(np.ptp(corners)), {"bounds": corners[[0, -1], 0]}
+        else:
+            hull = ConvexHull(corners)
+            hull_volume, arguments = float(hull.volume), {"domain": corners[hull.vertices]}
+        if abs(hull_volume - self.volume) > HOLLOW * hull_volume:
+            raise ValueError(
+                f"domain is a Polytope of volume {self.volume:.6g}, its convex hull has {hull_volume:.6g}; cells need "
+                "a convex one, or in the plane a vq.Polygon"
+            )
+        return arguments
 
     def parts(self) -> list[Part]:
         """The simplices, each with its share of the samples."""

@@ -79,8 +79,9 @@ def weights(
     periodic : bool or sequence of bool, (d,)
         Whether opposite faces of the box are the same place, for all axes or for each, as in :func:`voroquad.cells`.
     domain, cell : optional
-        Another domain of bare points: a convex polygon or polytope, a polygon with holes, ``"ball"`` or ``"cylinder"``;
-        or lattice vectors (d, d) that repeat the points; all as in :func:`voroquad.cells`.
+        Another domain of bare points: a convex polygon or polytope, a polygon with holes, a :class:`voroquad.Ball`,
+        ``"ball"`` or ``"cylinder"``; or lattice vectors (d, d) that repeat the points; all as in
+        :func:`voroquad.cells`.
     threads : int, optional
         Number of threads; all processors by default. The result does not depend on it.
 
