@@ -232,8 +232,19 @@ def asian_options_table() -> str:
 
 def memory_table() -> str:
     """Megabytes of `vq.quad` above those of the interpreter with what it imports."""
+    return _memory("quad")
+
+
+def cells_memory_table() -> str:
+    """The same of the measures of cells and their points."""
+    return _memory("cells")
+
+
+def _memory(of: str) -> str:
     measured = {
-        (r["method"], int(r["d"]), int(r["n_points"])): r["megabytes_more"] for r in read(RESULTS / "memory.csv")
+        (r["method"], int(r["d"]), int(r["n_points"])): r["megabytes_more"]
+        for r in read(RESULTS / "memory.csv")
+        if (r["method"] == "cells") == (of == "cells")
     }
     sizes = sorted({n for _, _, n in measured})
     rows = [["method", "d", *(f"{n:,}" for n in sizes)]]
