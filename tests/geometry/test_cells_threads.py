@@ -61,12 +61,15 @@ def many_points(kind: str, n: int, d: int) -> np.ndarray:
     points = rng.random((n, d))
     if kind == "copies":
         points[rng.integers(n, size=n // 5)] = points[rng.integers(n, size=n // 5)]
+    elif kind == "copies in a corner":  # and none in most stretches of the curve
+        points[: n // 5] *= 0.2
+        points[: n // 10] = points[rng.permutation(n // 10) + n // 10]
     elif kind == "sparse":  # grids have blocks of a point or two beside crowded ones
         points **= 6
     return points
 
 
-@pytest.mark.parametrize("kind", ["uniform", "copies", "sparse"])
+@pytest.mark.parametrize("kind", ["uniform", "copies", "copies in a corner", "sparse"])
 @pytest.mark.parametrize(("n", "d"), [(100_000, 2), (50_000, 3)])
 def test_sets_sorted_by_several_threads_have_the_same_cells(kind, n, d):
     points = many_points(kind, n, d)

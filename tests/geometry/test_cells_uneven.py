@@ -170,3 +170,21 @@ def test_far_sites_clip_once():
     points = np.array([float.fromhex(x) for x in NEARLY_ON_A_SPHERE.split()]).reshape(-1, 3)
     for periodic in (False, True):
         assert abs(vq.cells(points, periodic=periodic).measures.sum() - 1) < 1e-12
+
+
+@pytest.mark.parametrize("others", range(1, 8))
+@pytest.mark.parametrize("corner", [(0, 0), (0, 1), (1, 0)])
+def test_any_two_of_few_points_may_coincide(others, corner):
+    """A dozen in one bucket of a grid, which are not split further but compared with each other.
+
+    The curve ends in one of the corners.
+    """
+    rng = np.random.default_rng(others)
+    near, far = 0.1 + 1e-3 * rng.random((12, 2)), 0.5 + 0.5 * rng.random((others, 2))
+    for i in range(12):
+        for j in range(i + 1, 12):
+            points = np.abs(corner - np.concatenate([near, far]))
+            points[j] = points[i]
+            measures = vq.cells(points).measures
+            assert measures[i] == measures[j]
+            np.testing.assert_allclose(2 * measures[i], vq.cells(np.delete(points, j, axis=0)).measures[i], rtol=1e-9)
