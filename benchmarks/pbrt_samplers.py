@@ -19,7 +19,7 @@ import mitsuba as mi
 import numpy as np
 
 from voroquad.mitsuba import generators
-from voroquad.mitsuba.generators import BITS, JOINT
+from voroquad.mitsuba.generators import BITS, SOBOL
 
 NAMES = ("zsobol", "owen-sobol")
 #: Bits of an index that one look-up in the tables takes
@@ -29,7 +29,7 @@ BYTE = 8
 @cache
 def byte_tables() -> generators.Columns:
     """Entry 1024 d + 256 j + v is coordinate d, bits in reverse order, where bits 8j to 8j + 7 of an index are v's."""
-    columns = generators.joe_kuo(JOINT["joe-kuo"])
+    columns = generators.joe_kuo(SOBOL)
     values = np.arange(1 << BYTE)
     tables = np.zeros((len(columns), BITS // BYTE, 1 << BYTE), np.uint32)
     for k in range(BITS):

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 from scipy.stats import qmc
 
-from voroquad.mitsuba.generators import BITS, HALF, JOINT, KINDS, crossed, joe_kuo, pair_tables, sz, upper_digits
-
-SOBOL = JOINT["joe-kuo"]
+from voroquad.mitsuba.generators import BITS, HALF, KINDS, SOBOL, crossed, joe_kuo, pair_tables, sz, upper_digits
 
 
 def numbers(columns, indices):
@@ -56,11 +54,40 @@ def test_quads_are_nets(start, bits_of_set):
         assert is_net(points[2:], 1)
 
 
+@pytest.mark.parametrize("start", [0, 3 << 12])
+@pytest.mark.parametrize("bits_of_set", [0, 8, 9])
+def test_sixteen_coordinates_are_nets(start, bits_of_set):
+    """In base 16 any of them, in base 4 quads, and in base 2 pairs."""
+    columns = crossed(sz(16), bits_of_set)
+    points = {bits: numbers(columns, np.arange(start, start + (1 << bits), dtype=np.uint64)) for bits in range(1, 13)}
+    for some in itertools.combinations(range(16), 3):
+        assert is_net(points[8][list(some)], 4)
+        assert is_net(points[12][list(some)], 4)
+    for bits in (2, 4, 6, 8):
+        assert all(is_net(points[bits][k : k + 4], 2) for k in range(0, 16, 4))
+    for own in points.values():
+        assert all(is_net(own[k : k + 2], 1) for k in range(0, 16, 2))
+
+
+def test_pairs_of_sixteen_coordinates_have_few_empty_boxes():
+    """The choice of the maps, as the comment has it: another one for a quad makes more."""
+    points = (numbers(sz(16), np.arange(256, dtype=np.uint64)) >> np.uint64(BITS - 8)).astype(int)
+    defects = {}
+    for i, j in itertools.combinations(range(16), 2):
+        cells = [points[i] >> 8 - k << 8 - k | points[j] >> k for k in range(1, 8)]
+        defects[i // 4, j // 4] = defects.get((i // 4, j // 4), 0) + sum(len(set(c.tolist())) < 256 for c in cells)
+    assert sum(defects[k, m] for k, m in itertools.combinations(range(4), 2)) == 146
+    assert [defects[k, k + 1] for k in range(3)] == [18, 18, 18]
+
+
 def test_other_coordinates_are_not_such_nets():
     """The control: four coordinates of Sobol' in base 4, and a pair of a quad's two pairs in base 2."""
     indices = np.arange(64, dtype=np.uint64)
     assert not is_net(numbers(joe_kuo(4), indices), 2)
     assert not is_net(numbers(sz()[[1, 2]], indices), 1)
+    assert not is_net(numbers(sz(16)[[1, 2]], indices), 1)
+    assert not is_net(numbers(sz(16)[2:6], indices), 2)
+    assert not is_net(numbers(joe_kuo(6)[3:], np.arange(256, dtype=np.uint64)), 4)
 
 
 def places(columns, bits, start):
@@ -77,7 +104,9 @@ def places(columns, bits, start):
 
 @pytest.mark.parametrize("start", [0, 3 << 10])
 @pytest.mark.parametrize("bits", [2, 3, 4, 5, 6, 10])
-@pytest.mark.parametrize("columns", [sz()[:2], sz()[2:], joe_kuo(2)], ids=["first", "second", "sobol"])
+@pytest.mark.parametrize(
+    "columns", [sz()[:2], sz()[2:], sz(16)[14:], joe_kuo(2)], ids=["first", "second", "last", "sobol"]
+)
 def test_points_of_a_row_of_cells_are_evenly_spaced_if_crossed(columns, bits, start):
     assert places(crossed(columns, bits), bits, start) == [1, 1]
     assert max(places(columns, bits, start)) > 1
@@ -89,17 +118,20 @@ def test_pairs_that_are_no_nets_stay_as_they_are():
 
 
 @pytest.mark.parametrize("index_bits", [0, 5, 12, 17, 32])
-@pytest.mark.parametrize(("kind", "columns"), [("joe-kuo", joe_kuo(SOBOL)), ("sz", sz())])
-def test_tables_give_the_same_coordinates(kind, columns, index_bits):
+@pytest.mark.parametrize(
+    ("kind", "bits", "columns"), [("joe-kuo", 6, joe_kuo(SOBOL)), ("sz", 7, sz()), ("sz", 8, sz(16))]
+)
+def test_tables_give_the_same_coordinates(kind, bits, columns, index_bits):
     """As many of their digits as an index has, or more."""
-    tables = pair_tables(kind, 6, index_bits)
-    entries = tables.entries.reshape(JOINT[kind] // 2, tables.words, tables.parts, 1 << tables.part_bits)
+    tables = pair_tables(kind, bits, index_bits)
+    assert tables.joint == len(columns)
+    entries = tables.entries.reshape(tables.joint // 2, tables.words, tables.parts, 1 << tables.part_bits)
     indices = np.array([0, 1, 0x12345678, 0xFFFFFFFF, 0x80000000], np.uint64) & np.uint64((1 << index_bits) - 1)
     digits = HALF * tables.words
     assert index_bits <= digits <= BITS
-    expected = numbers(crossed(columns, 6), indices).astype(np.uint64) >> np.uint64(BITS - digits)
+    expected = numbers(crossed(columns, bits), indices).astype(np.uint64) >> np.uint64(BITS - digits)
     for point, index in enumerate(indices.tolist()):
-        words = np.zeros((JOINT[kind] // 2, tables.words), np.uint64)
+        words = np.zeros((tables.joint // 2, tables.words), np.uint64)
         for part in range(tables.parts):
             read = index >> part * tables.part_bits & (1 << tables.part_bits) - 1
             words ^= entries[:, :, part, int(f"{read:0{tables.part_bits}b}"[::-1], 2)]

@@ -1,4 +1,4 @@
-"""Generator matrices of the sampler ``owensobol``: Sobol' sequences, and sequences over the field of four elements.
+"""Generator matrices of the sampler ``owensobol``: Sobol' sequences, and sequences over finite fields.
 
 A matrix is kept as its columns, ``uint32`` each. Column k belongs to bit k of a point's index, counted from the lowest.
 A coordinate of point i is the XOR of the columns of the bits that are set in i; its highest bit is the first binary
@@ -7,6 +7,7 @@ digit.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import NamedTuple
@@ -19,19 +20,66 @@ Bits = NDArray[np.uint8]
 
 #: Bits of an index and of a coordinate
 BITS = 32
-#: Coordinates that are sampled jointly; later ones repeat them with the points in another order
-JOINT = {"joe-kuo": 256, "sz": 4}
-KINDS = tuple(JOINT)
+KINDS = ("joe-kuo", "sz")
+#: Coordinates of Joe and Kuo's sequences; later ones repeat them with the points in another order
+SOBOL = 256
+#: ``sz`` has 16 coordinates over GF(16), not 4 over GF(4), for sets of at least 16² = 2 to the power of this points
+SIXTEEN_FROM = 8
 #: Digits of a coordinate that an entry of `PairTables` holds
 HALF = BITS // 2
 #: Most bits of an index that one look-up takes; tables of two pairs for indices of 12 bits fit into the first cache
 MOST_PART_BITS = 12
 
-#: Products in GF(4) = {0, 1, ω, ω + 1}, with ω² = ω + 1; element a + b ω is the number a + 2 b
-_PRODUCTS = ((0, 0, 0, 0), (0, 1, 2, 3), (0, 2, 3, 1), (0, 3, 1, 2))
-#: Binary matrices (rows) that take the two bits of each base-4 digit of the four coordinates of a quad. They leave a
-#: digit's value one of four. Of the 6⁴ choices this is one with t = 0 in base 2 for the pairs (0, 1) and (2, 3).
-_DIGIT_MAPS = (((0, 1), (1, 0)), ((1, 1), (0, 1)), ((0, 1), (1, 0)), ((1, 1), (0, 1)))
+
+@dataclass(frozen=True)
+class Field:
+    """A field of 2^bits elements: polynomials over {0, 1}, as the bits of a number, modulo an irreducible one.
+
+    Attributes
+    ----------
+    bits : int
+        Of a digit of an index or a coordinate.
+    modulus : int
+        The irreducible polynomial.
+    basis : tuple of int, (bits,)
+        The elements that the bits of an index's digit stand for, lowest first.
+    elements : tuple of int
+        One for each coordinate.
+    maps : tuple of tuple of int, (…, bits)
+        For each coordinate, the bits of an element whose sums are the bits of a digit, highest first.
+    """
+
+    bits: int
+    modulus: int
+    basis: tuple[int, ...]
+    elements: tuple[int, ...]
+    maps: tuple[tuple[int, ...], ...]
+
+    def product(self, a: int, b: int) -> int:
+        """The product of two elements."""
+        total = 0
+        for k in range(self.bits):
+            total ^= (b >> k & 1) * a
+            a = a << 1 ^ (a >> self.bits - 1 & 1) * self.modulus
+        return total
+
+
+#: GF(4), ω = 2. Maps leave a digit's value one of four. Of the 6⁴ choices this is one with t = 0 in base 2 for the
+#: pairs (0, 1) and (2, 3).
+_FOUR = Field(2, 0b111, (1, 2), (0, 1, 2, 3), ((1, 2), (3, 1), (1, 2), (3, 1)))
+#: GF(16), which has GF(4) = {0, 1, 6, 7} in it, in the basis 1, ω = 6, 2, 2 ω. A pair with the elements a and a + 1 has
+#: t = 0 in base 2 by 64 of the 315² choices; pairs whose elements differ by anything else have no such choice. A quad
+#: a + GF(4) has t = 0 in base 4 besides by 16 of the 64² choices of two pairs. Of the 16⁴ choices for four quads, this
+#: is one of those where the fewest grids of 256 elementary boxes in two coordinates have empty ones by 256 points.
+_SIXTEEN = Field(
+    4, 0b10011, (1, 6, 2, 12), tuple(c ^ a for c in (0, 12, 2, 14) for a in (0, 1, 6, 7)),
+    (
+        (1, 12, 2, 4), (11, 4, 2, 1), (5, 2, 1, 8), (9, 3, 4, 1),
+        (7, 2, 9, 1), (3, 9, 5, 1), (13, 1, 6, 2), (15, 4, 1, 2),
+        (3, 9, 5, 1), (7, 2, 9, 1), (15, 4, 1, 2), (13, 1, 6, 2),
+        (15, 4, 1, 2), (13, 1, 6, 2), (9, 3, 4, 1), (5, 2, 1, 8),
+    ),
+)  # fmt: skip
 
 
 class PairTables(NamedTuple):
@@ -47,12 +95,15 @@ class PairTables(NamedTuple):
         Entries that hold the digits of a pair.
     parts, part_bits : int
         Parts of an index, and bits of each.
+    joint : int
+        Coordinates that are sampled jointly; later ones repeat them with the points in another order.
     """
 
     entries: Columns
     words: int
     parts: int
     part_bits: int
+    joint: int
 
 
 @cache
@@ -68,7 +119,7 @@ def pair_tables(kind: str, bits: int, index_bits: int) -> PairTables:
     index_bits : int
         Bits of an index.
     """
-    columns = crossed(joe_kuo(JOINT[kind]) if kind == "joe-kuo" else sz(), bits)
+    columns = crossed(joe_kuo(SOBOL) if kind == "joe-kuo" else sz(16 if bits >= SIXTEEN_FROM else 4), bits)
     words = -(-index_bits // HALF)
     parts = -(-index_bits // MOST_PART_BITS)
     part_bits = -(-index_bits // max(parts, 1))
@@ -81,7 +132,7 @@ def pair_tables(kind: str, bits: int, index_bits: int) -> PairTables:
             half = digits >> np.uint32(HALF * word) & np.uint32((1 << HALF) - 1)
             pair = half[::2] | half[1::2] << np.uint32(HALF)
             entries[:, word, k // part_bits] ^= np.where(has_bit, pair[:, None], np.uint32(0))
-    return PairTables(entries.ravel(), words, parts, part_bits)
+    return PairTables(entries.ravel(), words, parts, part_bits, len(columns))
 
 
 def joe_kuo(d: int) -> Columns:
@@ -118,13 +169,14 @@ def joe_kuo(d: int) -> Columns:
     return columns
 
 
-def sz() -> Columns:
-    """Columns (4, 32) of a quad of coordinates: a (0, 4)-sequence in base 4, its two pairs (0, 2)-sequences.
+def sz(coordinates: int = 4) -> Columns:
+    """Columns (4, 32) or (16, 32) of a (0, q)-sequence in base q = 4 or 16, whose pairs are (0, 2)-sequences.
 
     Notes
     -----
-    Over GF(4) the matrices C(j, i) a^(j−i), for the four elements a, make a (0, 4)-sequence in base 4 (Faure). Here an
-    element is two bits. In base 2 too, the pairs of coordinates (0, 1) and (2, 3) then have t = 0, by `_DIGIT_MAPS`.
+    Over GF(q) the matrices C(j, i) a^(j−i), for the q elements a, make a (0, q)-sequence in base q (Faure). Here an
+    element is two or four bits. In base 2 too, the pairs of coordinates (0, 1), (2, 3), … then have t = 0, by the maps
+    of digits. Of 16 coordinates, each quad is a (0, 4)-sequence in base 4 besides.
 
     References
     ----------
@@ -135,7 +187,8 @@ def sz() -> Columns:
     >>> [f"{column:#x}" for column in sz()[1, :3]]
     ['0xc0000000', '0x80000000', '0xf0000000']
     """
-    return np.stack([_pascal(a) for a in range(4)])
+    field = {4: _FOUR, 16: _SIXTEEN}[coordinates]
+    return np.stack([_pascal(field, k) for k in range(coordinates)])
 
 
 def upper_digits(bits: int) -> tuple[int, int]:
@@ -216,20 +269,21 @@ def _inverse(matrix: Bits) -> Bits | None:
     return both[:, size:]
 
 
-def _pascal(a: int) -> Columns:
-    """Columns (32,) of the matrix C(j, i) a^(j−i) over GF(4), with the coordinate's map of digits."""
-    (m00, m01), (m10, m11) = _DIGIT_MAPS[a]
+def _pascal(field: Field, coordinate: int) -> Columns:
+    """Columns (32,) of the matrix C(j, i) a^(j−i) of a coordinate, with its map of digits."""
+    bits, a = field.bits, field.elements[coordinate]
+    sums = field.maps[coordinate]
     columns = np.zeros(BITS, np.uint32)
-    for j in range(BITS // 2):
+    for j in range(BITS // bits):
         power = 1  # a^(j−i)
         for i in range(j, -1, -1):
             if i & ~j == 0:  # C(j, i) is odd (Lucas)
-                for bit in range(2):
-                    digit = _PRODUCTS[power][1 << bit]
-                    high, low = digit >> 1, digit & 1
-                    mapped = (m00 * high ^ m01 * low) << 1 | m10 * high ^ m11 * low
-                    columns[2 * j + bit] |= np.uint32(mapped << BITS - 2 - 2 * i)
-            power = _PRODUCTS[power][a]
+                for bit, of_bit in enumerate(field.basis):
+                    element = field.product(power, of_bit)
+                    for place, mask in enumerate(sums):
+                        digit = (element & mask).bit_count() & 1
+                        columns[bits * j + bit] |= np.uint32(digit << BITS - 1 - bits * i - place)
+            power = field.product(power, a)
     return columns
 
 

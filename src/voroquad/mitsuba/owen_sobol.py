@@ -10,7 +10,7 @@ import mitsuba as mi
 
 from .._support.checks import one_of, positive_int
 from .accumulation import quotient
-from .generators import BITS, HALF, JOINT, KINDS, PairTables, pair_tables, upper_digits
+from .generators import BITS, HALF, KINDS, PairTables, pair_tables, upper_digits
 from .properties import read_property
 from .scrambles import combine, crossed_scramble, morton, nested_scramble, nested_shuffle_of_fours, of_key
 
@@ -65,8 +65,9 @@ class OwenSobol(mi.Sampler):
          ``morton``)
      * - generators
        - |string|
-       - ``joe-kuo``, Sobol' sequences; ``sz``, quads of coordinates over the field of four elements, each with the
-         points in another order; ``auto``, what this version recommends: ``sz``. (Default: ``auto``)
+       - ``joe-kuo``, Sobol' sequences; ``sz``, groups of coordinates over a finite field, each with the points in
+         another order: 4 over that of four elements, or 16 over that of sixteen if a pixel has more than 128 samples;
+         ``auto``, what this version recommends: ``sz``. (Default: ``auto``)
      * - seed
        - |int|
        - Changes all numbers, as the seed of a render does. (Default: 0)
@@ -86,8 +87,8 @@ class OwenSobol(mi.Sampler):
 
     Blocks have 8 × 8 pixels, or fewer where there are more than 2^26 samples. With larger blocks the errors look no
     better; if all pixels shared one scramble, the error of an image would vary much more from seed to seed. Coordinates
-    from number 256 on (``sz``: 4) repeat the first ones with the indices in another order, by a random shuffle that
-    keeps aligned blocks of indices together. Two coordinates that are drawn at once are a pair.
+    from number 256 on (``sz``: 4, or 16) repeat the first ones with the indices in another order, by a random shuffle
+    that keeps aligned blocks of indices together. Two coordinates that are drawn at once are a pair.
 
     References
     ----------
@@ -292,10 +293,10 @@ class OwenSobol(mi.Sampler):
 
     def _digits(self, dimension: mi.UInt32) -> list[mi.UInt32]:
         """Entries of `PairTables` for the pair of a coordinate."""
-        index = self._index_in(dimension // JOINT[self._kind])
         assert self._tables is not None
-        _, word_count, parts, part_bits = self._tables
-        pair = (dimension % JOINT[self._kind]) >> 1
+        _, word_count, parts, part_bits, joint = self._tables
+        index = self._index_in(dimension // joint)
+        pair = (dimension % joint) >> 1
         words = [mi.UInt32(0) for _ in range(word_count)]
         for part in range(parts):
             shift = BITS - part_bits * (part + 1)  # below 0 where the last part has fewer bits
