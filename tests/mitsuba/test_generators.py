@@ -54,15 +54,13 @@ def test_quads_are_nets(start, bits_of_set):
         assert is_net(points[2:], 1)
 
 
-@pytest.mark.parametrize("start", [0, 3 << 12])
-@pytest.mark.parametrize("bits_of_set", [0, 8, 9])
+@pytest.mark.parametrize(("start", "bits_of_set"), [(0, 8), (3 << 12, 9)])
 def test_sixteen_coordinates_are_nets(start, bits_of_set):
     """In base 16 any of them, in base 4 quads, and in base 2 pairs."""
     columns = crossed(sz(16), bits_of_set)
     points = {bits: numbers(columns, np.arange(start, start + (1 << bits), dtype=np.uint64)) for bits in range(1, 13)}
-    for some in itertools.combinations(range(16), 3):
-        assert is_net(points[8][list(some)], 4)
-        assert is_net(points[12][list(some)], 4)
+    assert all(is_net(points[8][list(pair)], 4) for pair in itertools.combinations(range(16), 2))
+    assert all(is_net(points[12][list(some)], 4) for some in list(itertools.combinations(range(16), 3))[::29])
     for bits in (2, 4, 6, 8):
         assert all(is_net(points[bits][k : k + 4], 2) for k in range(0, 16, 4))
     for own in points.values():
