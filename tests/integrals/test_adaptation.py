@@ -112,6 +112,22 @@ def test_by_default_a_first_look_finds_peaks(d, n, look):
     assert adaptation(peak(d), adapt=False) is None
 
 
+@pytest.mark.parametrize("n", [3375, 4096, 4913])  # cubes, which have as many strata
+@pytest.mark.parametrize("func", [lambda x: np.exp(x.sum(axis=0)), lambda x: np.cos(37 * x.sum(axis=0))])
+def test_a_coarse_grid_is_part_of_the_budget(n, func):
+    """Before the rule for few points where func is smooth, and before the pilot rule where it is rough."""
+    points = []
+
+    def counted(x):
+        points.append(x.shape[1])
+        return func(x)
+
+    r = vq.quad(counted, [0] * 3, [1] * 3, n_points=n, rng=1)
+    assert r.n_evaluations == sum(points) <= n
+    assert r.adaptation is not None
+    assert not r.adaptation.adapted
+
+
 def test_in_space_a_rough_integrand_gets_the_pilot_rule():
     def rule(f):
         return vq.quad(f, [0] * 3, [1] * 3, n_points=5000, rng=1).rule
