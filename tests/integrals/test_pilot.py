@@ -125,6 +125,17 @@ def test_what_the_grid_does_not_see_is_warned_of(d, name, size):
         assert caught[0].message.details["component"] == 1
 
 
+def test_a_component_of_zeros_hides_no_other_that_the_grid_does_not_see():
+    k = 70
+
+    def func(x: np.ndarray) -> np.ndarray:
+        return np.stack([0 * x[0], np.cos(2 * np.pi * k * x[0])])
+
+    with pytest.warns(vq.IntegrationWarning) as caught:
+        vq.quad(func, [0, 0], [1, 1], n_points=4 * k**2, method="pilot", rng=1)
+    assert [w.message.kind for w in caught] == ["zero", "unforeseen"]
+
+
 @pytest.mark.parametrize("d", [1, 2, 3])
 def test_what_the_grid_sees_is_not_warned_of(d):
     """New members of all families, rounding, and no change: fewer than 2 % of calls, of smooth ones none."""

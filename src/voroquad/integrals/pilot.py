@@ -14,7 +14,7 @@ from .._support.arrays import Array
 from ..rules.chosen_fits import counted
 from ..rules.fit import ROUNDING
 from .diagnostics import IntegrationWarning, diagnosis
-from .estimates import FEWEST_STRATA, SURPRISE, Estimate, unresolved
+from .estimates import FEWEST_STRATA, SURPRISE, UNRESOLVED, Estimate, unresolved
 from .grid_gaps import fill_gaps
 from .helper import Task, done, helper
 from .integrand import Integrand
@@ -219,8 +219,9 @@ class PilotRun:
             zero = self.grid_is_zero & (rule.value_square == 0)
             tails = self.parts_of_components()
             warnings = unresolved(rule.absolute, rule.value_square, zero, self.samples, tails)
-            if not warnings and (surprise := self._surprise() or self._unforeseen(rounding)):
-                warnings = [surprise]
+            resolved = not any(warning.kind in UNRESOLVED for warning in warnings)
+            if resolved and (surprise := self._surprise() or self._unforeseen(rounding)):
+                warnings.append(surprise)
         mean, error, rounding = (np.ldexp(x, self.power) for x in (mean, error, rounding))
         return Estimate(
             mean, error, rounding, cells + self.samples, freedom, tuple(warnings), rule.deviations, self._told()

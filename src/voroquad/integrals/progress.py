@@ -164,12 +164,19 @@ def _unknown(watch: Watch[Estimate], function: Function) -> QuadResult:
 
 
 def _kept(warnings: tuple[IntegrationWarning, ...], function: Function) -> Iterator[IntegrationWarning]:
-    """The warnings; of rows that are 0 without those whose complex number has another part that is not."""
+    """The warnings of components, from those of rows. A complex number is 0 where both of its parts are."""
     assert function.form is not None
+    of_row = function.form.components()
     for warning in warnings:
-        if warning.kind != "zero":
-            yield warning
-            continue
-        zeros = set(warning.details["components"])
-        if rows := [row for row, other in enumerate(function.form.partners()) if {row, other} <= zeros]:
-            yield diagnosis("zero", **warning.details | {"components": rows})
+        details = dict(warning.details)
+        if "component" in details:
+            details["component"] = of_row[details["component"]]
+        if "components" in details:
+            rows = set(details["components"])
+            others = {c for row, c in enumerate(of_row) if row not in rows} if warning.kind == "zero" else set()
+            details["components"] = sorted({of_row[row] for row in rows} - others)
+            if not details["components"]:
+                continue
+        if warning.kind == "zero":
+            details["of"] = len(set(of_row))
+        yield diagnosis(warning.kind, **details)

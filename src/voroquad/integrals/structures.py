@@ -163,6 +163,20 @@ class Form:
             found += [start + i for first, last in ranges for i in range(first, last)]
         return found
 
+    def components(self) -> list[int]:
+        """The component that each row belongs to; both parts of a complex number are of one.
+
+        Examples
+        --------
+        >>> from voroquad.integrals.structures import Form
+        >>> Form(None, ((), (2,)), (False, True)).components()
+        [0, 1, 2, 1, 2]
+        """
+        rows = enumerate(self.partners())
+        first: list[int] = [min(row, partner) for row, partner in rows]
+        number = {row: i for i, row in enumerate(sorted(set(first)))}
+        return [number[row] for row in first]
+
     def leaves(self, rows: Numbers) -> list[Numbers]:
         """Arrays (*shape, ...) of rows (fields, ...)."""
         found, start = [], 0
