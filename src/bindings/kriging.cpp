@@ -27,11 +27,16 @@ using Pairs = nb::ndarray<const std::int64_t, nb::ndim<2>, nb::c_contig, nb::dev
 inline void require(bool holds, const char *message) {
     if (!holds) throw std::invalid_argument(message);
 }
-inline void require_groups(const std::int64_t *groups, std::size_t n, std::size_t count) {
+inline void require_numbers(const std::int64_t *numbers, std::size_t n, std::size_t count,
+                            const char *message) {
     require(
-        std::all_of(groups, groups + n,
+        std::all_of(numbers, numbers + n,
                     [&](std::int64_t g) { return g >= 0 && static_cast<std::size_t>(g) < count; }),
-        "group: numbers must be from 0 to the number of groups less one");
+        message);
+}
+inline void require_groups(const std::int64_t *groups, std::size_t n, std::size_t count) {
+    require_numbers(groups, n, count,
+                    "group: numbers must be from 0 to the number of groups less one");
 }
 
 inline void require_independent(const GlobalFits &fits) {
@@ -123,6 +128,9 @@ private:
 
 namespace {
 
+// Of a polynomial: all degrees up to it are computed at each point
+constexpr std::size_t highest_degree = 65535;
+
 template <class Correlation>
 Array<double> matrix(Points points, double length, unsigned threads) {
     const std::size_t n = points.shape(0);
@@ -183,6 +191,11 @@ void bind_left_out(nb::module_ &m) {
         .def(
             "add_axis",
             [](SampleGroups &self, Numbers1 low, Numbers1 high, Indices1 part, std::size_t parts) {
+                require(low.size() == high.size() && low.size() == part.size(),
+                        "low, high, part: one number per interval is needed");
+                require(parts > 0, "parts: there must be at least one");
+                require_numbers(part.data(), part.size(), parts,
+                                "part: numbers must be from 0 to the number of parts less one");
                 self.axes.push_back({{low.data(), low.data() + low.size()},
                                      {high.data(), high.data() + high.size()},
                                      indices(part.data(), part.size()),
@@ -201,6 +214,11 @@ void bind_left_out(nb::module_ &m) {
                 require(points.shape(0) == groups.samples() &&
                             points.shape(1) == groups.axes.size(),
                         "points: one row per sample and one column per axis are needed");
+                std::size_t products = 1;
+                for (const AxisParts &axis : groups.axes)
+                    if (products < groups.count()) products *= axis.parts; // larger may overflow
+                require(products >= groups.count(),
+                        "axes: their parts must have a product for each group");
                 new (self) Predictions(groups, correlation, points,
                                        {length, noise, largest_condition, at_samples.data(),
                                         over_groups.data(), terms},
@@ -224,6 +242,9 @@ void bind_global_fits(nb::module_ &m) {
         [](nb::ndarray<const double, nb::ndim<4>, nb::c_contig, nb::device::cpu> squares,
            Pairs pairs, std::size_t groups) {
             const std::size_t models = squares.shape(0), fields = squares.shape(1);
+            require_pairs(pairs, groups);
+            require(squares.shape(2) == pairs.shape(0) && squares.shape(3) == 2,
+                    "squares: their shape must be (models, fields, pairs, 2)");
             std::vector<double> out(models * fields * groups);
             const auto u = indices(pairs.data(), pairs.size());
             scores(squares.data(), models * fields, u.data(), pairs.shape(0), groups, out.data());
@@ -236,6 +257,10 @@ void bind_global_fits(nb::module_ &m) {
         "legendre_products",
         [](Points points, Pairs powers) {
             const std::size_t n = points.shape(0), terms = powers.shape(0);
+            require(powers.shape(1) == points.shape(1),
+                    "powers: a degree for each coordinate of the points is needed");
+            require_numbers(powers.data(), powers.size(), highest_degree + 1,
+                            "powers: degrees must be from 0 to 65535");
             std::vector<double> out(n * terms);
             legendre_products(points.data(), n, points.shape(1), powers.data(), terms, out.data());
             return own(std::move(out), {n, terms});

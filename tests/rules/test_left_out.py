@@ -162,6 +162,29 @@ def test_what_does_not_fit_the_samples_is_an_error():
         _core.LeftOutKriging(
             groups.in_core, "matern7", x, 0.5, 1e-4, 2e3, np.ones((36, 1)), np.ones((9, 1)), [1], 1
         )  # fmt: skip
+    without_parts = _core.SampleGroups(groups.of_each, 9, np.ones(36))
+    for axis in axes:
+        without_parts.add_axis(axis.low, axis.high, 0 * axis.part, 1)
+    with pytest.raises(ValueError, match="a product for each group"):
+        _core.LeftOutKriging(
+            without_parts, "matern7", x, 0.5, 1e-4, 2e3, np.ones((36, 1)), np.ones((9, 1)), [1], 1
+        )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "part", "parts", "message"),
+    [
+        ([0.0, 0.5], [0.5], [0, 1], 2, "one number per interval"),
+        ([0.0, 0.5], [0.5, 1.0], [0], 2, "one number per interval"),
+        ([0.0, 0.5], [0.5, 1.0], [0, 2], 2, "part: numbers"),
+        ([0.0, 0.5], [0.5, 1.0], [0, -1], 2, "part: numbers"),
+        ([], [], [], 0, "parts: there must be at least one"),
+    ],
+)
+def test_intervals_that_belong_to_no_part_are_an_error(low, high, part, parts, message):
+    groups = _core.SampleGroups(np.zeros(3, dtype=np.intp), 1, np.ones(3))
+    with pytest.raises(ValueError, match=message):
+        groups.add_axis(np.array(low, dtype=float), np.array(high, dtype=float), np.array(part, dtype=np.intp), parts)
 
 
 def test_products_of_polynomials_are_orthonormal():

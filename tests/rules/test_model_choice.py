@@ -190,6 +190,21 @@ def test_scores_add_the_squares_of_the_partners():
     np.testing.assert_array_equal(found[1, 0], [np.inf, 25 + 49, np.inf, 49 + 25])
 
 
+@pytest.mark.parametrize(
+    ("shape", "pairs", "message"),
+    [
+        ((1, 1, 2, 2), [[0, 1]], "squares: their shape"),
+        ((1, 1, 1, 3), [[0, 1]], "squares: their shape"),
+        ((1, 1, 1, 2), [[0, 1, 2]], "pairs: their shape"),
+        ((1, 1, 1, 2), [[0, 3]], "group: numbers"),
+        ((1, 1, 1, 2), [[-1, 0]], "group: numbers"),
+    ],
+)
+def test_pairs_that_do_not_fit_their_squares_are_an_error(shape, pairs, message):
+    with pytest.raises(ValueError, match=message):
+        model_choice.scores(np.zeros(shape), np.array(pairs), 3)
+
+
 @pytest.mark.parametrize(("second", "chosen"), [(0.9, 0), (1.1 * HYSTERESIS, 0), (0.9 * HYSTERESIS, 1), (0.0, 1)])
 def test_kriging_is_left_for_what_is_far_better(second, chosen):
     group = np.arange(4)

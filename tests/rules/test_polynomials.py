@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 
+from voroquad import _core
 from voroquad.rules.polynomials import Intervals, at_points, over_boxes, powers_up_to
 
 
@@ -49,3 +50,12 @@ def test_the_parts_of_the_axes_are_integrated_exactly():
             grid = np.stack(np.meshgrid(x, y, indexing="ij"), axis=-1)
             expected = expected + np.einsum("i,j,ijt->t", wx, wy, at_points(grid, powers))
         np.testing.assert_allclose(found, expected, atol=1e-13)
+
+
+@pytest.mark.parametrize(
+    ("powers", "message"),
+    [([[1]], "a degree for each coordinate"), ([[0, -1]], "degrees must be"), ([[0, 65536]], "degrees must be")],
+)
+def test_degrees_that_mean_nothing_are_an_error_of_the_core(powers, message):
+    with pytest.raises(ValueError, match=message):
+        _core.legendre_products(np.zeros((3, 2)), np.array(powers))
