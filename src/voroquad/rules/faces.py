@@ -97,23 +97,24 @@ def of_replicates(points: Array, values: Array) -> Array:
     values : ndarray, (sets, fields, n)
         Of integrands, at the points.
     """
-    sets, n, d = points.shape
+    sets, n, _ = points.shape
     total = np.zeros(values.shape[1])
     if n < FEWEST_OF_REPLICATE:
         return total
-    for along in (x for a in range(d) for x in (points[..., a], 1 - points[..., a])):
+    for along in (points, 1 - points):
         nearest = np.argpartition(along, SLABS, axis=1)[:, :SLABS]
         order = np.take_along_axis(nearest, np.take_along_axis(along, nearest, 1).argsort(axis=1), 1)
         t = n * np.take_along_axis(along, order, 1)
-        if (np.floor(t) != np.arange(SLABS)).any():
-            continue
-        f = np.take_along_axis(values, order[:, None], 2)[..., 1:]
-        places, slopes = _median_slopes(t[:, 1:].T, f.transpose(1, 2, 0))
-        beta, off = power_of(places, slopes)
-        known = (off <= STRAIGHT) & (beta >= LEAST) & (beta <= MOST)
-        beta = np.maximum(beta[known], OF_VARIANCE)
-        amount = _amount(slopes[known, 0], places[0], beta)
-        total[known] += np.square(amount) * np.sum([_of_power(beta, j, 1) for j in range(SLABS)], axis=0)
+        evenly = (np.floor(t) == np.arange(SLABS)[:, None]).all(axis=(0, 1))
+        for a in np.flatnonzero(evenly):
+            f = np.stack([of_set[:, i] for of_set, i in zip(values, order[:, 1:, a], strict=True)], axis=-1)
+            places, slopes = _median_slopes(t[:, 1:, a].T, f)
+            beta, off = power_of(places, slopes)
+            known = (off <= STRAIGHT) & (beta >= LEAST) & (beta <= MOST)
+            if known.any():
+                beta = np.maximum(beta[known], OF_VARIANCE)
+                amount = _amount(slopes[known, 0], places[0], beta)
+                total[known] += np.square(amount) * np.sum([_of_power(beta, j, 1) for j in range(SLABS)], axis=0)
     return total / (sets * n**2)
 
 
