@@ -16,6 +16,18 @@ from scipy.stats import qmc
 Array = np.ndarray
 
 
+def rough(x: Array) -> Array:
+    """A bump, a kink and an edge: many stencils and numbers of samples."""
+    s = x.sum(axis=0)
+    return np.exp(-20 * np.square(x - 0.3).sum(axis=0)) + np.abs(s - 0.7) + 0.5 * (x[0] > 0.6)
+
+
+def keys_of(seed: int, d: int) -> Array:
+    """Of a sequence for each of fifteen levels and of the stencils."""
+    sequences = 15 * (6 if d < 3 else 5)
+    return np.random.default_rng(seed).integers(0, 2**64, size=(sequences, d, 65), dtype=np.uint64)
+
+
 def basis(begin: int, cell: int, r: int) -> list[Polynomial]:
     """Lagrange's polynomials of r centres from `begin` on, in units of a cell from the centre of `cell`."""
     nodes = np.arange(begin, begin + r) - cell

@@ -26,10 +26,13 @@
 #include <voroquad/detail/check.hpp>
 #include <voroquad/detail/fail.hpp>
 #include <voroquad/detail/instruction_set.hpp>
+#include <voroquad/detail/memory.hpp>
 #include <voroquad/detail/pilot/allocation.hpp>
 #include <voroquad/detail/pilot/differences.hpp>
 #include <voroquad/detail/pilot/indicator.hpp>
 #include <voroquad/detail/pilot/morton.hpp>
+#include <voroquad/detail/pilot/parts.hpp>
+#include <voroquad/detail/pilot/power_of_two.hpp>
 #include <voroquad/detail/pilot/sobol.hpp>
 #include <voroquad/detail/pilot/stencil.hpp>
 #include <voroquad/detail/pilot/sums.hpp>
@@ -64,8 +67,11 @@ public:
         for (std::size_t a = D, step = 1; a-- > 0; step *= k) stride_[a] = step;
         for (std::size_t q = 0; q < detail::stencil_count<D>; ++q)
             if (detail::stencil_size(q) <= k) stencils_.emplace_back(detail::stencil_size(q));
-        grid_.assign(fields * room(), 0.0);
-        unit_.assign(fields, 0);
+        grid_.resize(fields * room());
+        for (std::size_t f = 0; f < fields; ++f)
+            std::fill_n(grid(f) + cells_, detail::stencil_room, 0.0);
+        unit_.assign(fields, detail::PowerOfTwo(0));
+        since_plan_.assign(fields, 0);
         renew(keys);
     }
 
@@ -110,7 +116,8 @@ public:
         if (fields_ > 1) scale = inverse_means(threads, pause);
         choose(scale, demand_.data(), nullptr, threads, pause);
         offset_ = detail::largest_offset(demand_, samples);
-        divide(most);
+        const auto look = [&](const auto &at) { return looked_up(at); };
+        parts_.divide(k_, most, threads, look, pause);
         return parts_.size();
     }
 
@@ -140,18 +147,15 @@ public:
         drawn_.push_back(std::move(spare_));
         auto &cells = drawn_.back().cells;
         auto &offsets = drawn_.back().offsets;
-        cells.clear();
-        std::size_t n = 0;
-        Part at = parts_[part];
-        for (std::size_t c = 0; c < parts_[part].cells; ++c, at.order.advance()) {
-            Drawn cell = looked_up(at.order.cell());
-            cell.block = at.blocks[cell.sequence]++;
-            cell.first = n;
-            n += cell.samples();
-            scramble(cell.sequence);
-            cells.push_back(cell);
-        }
+        const std::size_t n = parts_[part].samples;
+        cells.resize(parts_[part].cells);
         offsets.resize(n * D);
+        const auto runs = parts_.runs(part);
+        const auto look = [&](std::size_t begin, std::size_t end, unsigned) {
+            for (std::size_t r = begin; r < end; ++r) look_up(runs[r], cells.data());
+        };
+        parallel_for(runs.size(), runs_of_a_chunk, threads, look, pause);
+        for (const Drawn &cell : cells) scramble(cell.sequence);
         const auto fill = [&](std::size_t begin, std::size_t end, unsigned) {
             for (std::size_t c = begin; c < end; ++c) place(cells[c], offsets.data());
         };
@@ -198,21 +202,24 @@ public:
         drawn_.pop_front();
     }
 
-    // Multiplies the values of a component by 2^power, on the grid and in the sums so far. It is
-    // exact unless a number under- or overflows. Values that are added later are in the new unit.
+    // Multiplies the values of a component by 2^power: on the grid, in the sums so far, and those
+    // that are added later. It is exact unless a number under- or overflows.
     void rescale(std::size_t field, int power) {
         VOROQUAD_CHECK(field < fields_, "PilotRule: there is no such component");
+        const detail::PowerOfTwo factor(power);
         double *values = grid(field);
-        for (std::size_t i = 0; i < cells_; ++i) values[i] = std::ldexp(values[i], power);
+        for (std::size_t i = 0; i < cells_; ++i) values[i] = factor.times(values[i]);
         sums_[field].rescale(power);
-        unit_[field] += 2 * power;
+        unit_[field] = detail::PowerOfTwo(unit_[field].power() + power);
+        since_plan_[field] += power;
     }
 
     // Sums over the cells that have been added
     const detail::PilotSums &sums(std::size_t field) const { return sums_[field]; }
 
 private:
-    static constexpr std::size_t cells_of_a_chunk = 256;
+    static constexpr std::size_t cells_of_a_chunk = 256, runs_of_a_chunk = 4;
+    using Parts = detail::Parts<D, sequences>;
 
     // A cell with its block of a sequence
     struct Drawn {
@@ -224,16 +231,8 @@ private:
 
     // Those of a part, and their samples: offsets from the cells' centres, (n, D)
     struct Samples {
-        std::vector<Drawn> cells;
-        std::vector<double> offsets;
-    };
-
-    // Consecutive cells in Morton's order: the first, their number, and the blocks of each sequence
-    // that those before them take
-    struct Part {
-        detail::MortonOrder<D> order;
-        std::size_t cells;
-        std::array<std::uint32_t, sequences> blocks;
+        detail::LargeArray<Drawn> cells;
+        detail::LargeArray<double> offsets;
     };
 
     static constexpr std::size_t power(std::size_t k) {
@@ -249,6 +248,7 @@ private:
                 unsigned threads, Pause &&pause) {
         const detail::Indicator<D> indicator(stencils_, k_);
         const std::size_t rows = indicator.rows_at_once(), row = cells_ / k_;
+        since_plan_.assign(fields_, 0);
         std::vector<double> tiny;
         for (std::size_t f = 0; f < fields_; ++f) tiny.push_back(rounding_of(f));
         const auto body = [&](std::size_t begin, std::size_t end, unsigned) {
@@ -298,23 +298,18 @@ private:
         return largest * 1e-16 * (largest * 1e-16) + 1e-300;
     }
 
-    void divide(std::size_t most) {
-        parts_.clear();
-        Part next{detail::MortonOrder<D>(k_), 0, {}};
-        std::array<std::uint32_t, sequences> blocks{};
-        std::size_t samples = 0;
-        for (detail::MortonOrder<D> order(k_); !order.done(); order.advance()) {
-            const Drawn cell = looked_up(order.cell());
-            if (next.cells > 0 && samples + cell.samples() > most) {
-                parts_.push_back(next);
-                next = {order, 0, blocks};
-                samples = 0;
-            }
-            ++next.cells;
-            ++blocks[cell.sequence];
-            samples += cell.samples();
+    // The cells of a run, with their blocks and the places of their samples
+    void look_up(const typename Parts::Run &run, Drawn *cells) const {
+        auto blocks = run.blocks;
+        std::size_t first = run.first;
+        detail::MortonOrder<D> order(k_, run.code, detail::MortonOrder<D>::codes(k_));
+        for (std::size_t c = run.before; c < run.before + run.cells; ++c, order.advance()) {
+            Drawn cell = looked_up(order.cell());
+            cell.block = blocks[cell.sequence]++;
+            cell.first = first;
+            first += cell.samples();
+            cells[c] = cell;
         }
-        parts_.push_back(next);
     }
 
     // What the plan says of a cell
@@ -390,7 +385,8 @@ private:
             w[a] = stencil.cell_mean[at[a]];
         }
         const double mean = detail::contract<D, R>(grid, stride_, w);
-        const int exponent = expected_[field * cells_ + index] + unit_[field];
+        const int exponent = expected_[field * cells_ + index] + 2 * since_plan_[field];
+        const detail::PowerOfTwo &unit = unit_[field];
         double sum = 0.0, square = 0.0, size = 0.0, absolute = 0.0, value_square = 0.0;
         detail::WorstCell worst{.cell = index, .samples = cell.samples()};
         detail::Halving halving;
@@ -398,7 +394,8 @@ private:
             if constexpr (R > 1)
                 for (std::size_t a = 0; a < D; ++a)
                     detail::lagrange<R>(offsets[j * D + a], at[a], stencil.inverse, w[a].data());
-            const double y = values[j], p = detail::contract<D, R>(grid, stride_, w), r = y - p;
+            const double y = unit.times(values[j]), p = detail::contract<D, R>(grid, stride_, w),
+                         r = y - p;
             sum += r;
             halving.take(j - cell.first, r, cell.level, sums.differences);
             square += r * r;
@@ -429,13 +426,14 @@ private:
     std::array<std::size_t, D> stride_{};
     std::vector<Key> keys_;
     std::vector<detail::Stencil> stencils_;
-    std::vector<double> grid_;          // component by component, with room to read behind each
-    std::vector<std::uint8_t> pick_;    // (fields, cells): the stencil
-    std::vector<std::int8_t> expected_; // (fields, cells): exponent of the square of a residual
-    std::vector<int> unit_;             // of each component, what to add to these exponents
-    std::vector<std::int16_t> demand_;  // for samples, in logarithms
-    int offset_ = 0;                    // that turns demand into levels
-    std::vector<Part> parts_;
+    detail::LargeArray<double> grid_;       // component by component, with room to read behind each
+    detail::LargeArray<std::uint8_t> pick_; // (fields, cells): the stencil
+    detail::LargeArray<std::int8_t> expected_; // (fields, cells): exponent of a residual's square
+    std::vector<detail::PowerOfTwo> unit_;    // of each component, times which its values are taken
+    std::vector<int> since_plan_;             // how much of that exponents of squares do not know
+    detail::LargeArray<std::int16_t> demand_; // for samples, in logarithms
+    int offset_ = 0;                          // that turns demand into levels
+    Parts parts_;
     std::vector<std::optional<detail::ScrambledSobol<D>>> scrambled_;
     std::deque<Samples> drawn_; // without values as yet
     Samples spare_;             // whose memory the next takes

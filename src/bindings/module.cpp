@@ -9,6 +9,7 @@ void bind_kriging(nanobind::module_ &m);
 void bind_pilot(nanobind::module_ &m);
 void bind_legendre_terms(nanobind::module_ &m);
 void bind_powers(nanobind::module_ &m);
+void bind_regions(nanobind::module_ &m);
 
 #define VOROQUAD_BIND(name, m) NB_MODULE(name, m) // expands the name first
 VOROQUAD_BIND(VOROQUAD_MODULE, m) {
@@ -20,4 +21,5 @@ VOROQUAD_BIND(VOROQUAD_MODULE, m) {
     bind_pilot(m);
     bind_legendre_terms(m);
     bind_powers(m);
+    bind_regions(m);
 }

@@ -1,13 +1,11 @@
 // The pilot rule for Python: one class for each dimension.
-#include "arrays.hpp"
+#include "fresh_array.hpp"
 
 #include <algorithm>
-#include <optional>
 #include <string>
 
 #include <nanobind/stl/vector.h>
 
-#include <voroquad/detail/memory.hpp>
 #include <voroquad/pilot.hpp>
 
 using namespace voroquad;
@@ -58,9 +56,9 @@ void bind_rule(nb::module_ &m) {
         .def_static(
             "centres",
             [](std::size_t k, std::size_t begin, std::size_t end) {
-                detail::LargeArray<double> out((end - begin) * D);
+                Array<double> out = without_values<double>({D, end - begin});
                 Rule::centres(k, begin, end, out.data());
-                return own(std::move(out), {D, end - begin});
+                return out;
             },
             "k"_a, "begin"_a, "end"_a, "Centres (d, end - begin) of cells in C order.")
         .def(
@@ -86,15 +84,16 @@ void bind_rule(nb::module_ &m) {
         .def(
             "draw",
             [](Rule &self, std::size_t part, unsigned threads) {
-                std::optional<detail::LargeArray<double>> out;
                 const std::size_t n = [&] {
                     nb::gil_scoped_release release;
-                    const std::size_t drawn = self.draw(part, threads, CheckSignals());
-                    out.emplace(drawn * D);
-                    self.samples(out->data(), threads);
-                    return drawn;
+                    return self.draw(part, threads, CheckSignals());
                 }();
-                return own(std::move(*out), {D, n});
+                Array<double> out = without_values<double>({D, n});
+                {
+                    nb::gil_scoped_release release;
+                    self.samples(out.data(), threads);
+                }
+                return out;
             },
             "part"_a, "threads"_a, "The samples (d, n) of a part.")
         .def(
@@ -105,7 +104,8 @@ void bind_rule(nb::module_ &m) {
             },
             "values"_a, "threads"_a)
         .def("rescale", &Rule::rescale, "field"_a, "power"_a,
-             "Multiply the values of a component by 2^power, on the grid and in the sums so far.")
+             "Multiply the values of a component by 2^power: on the grid, in the sums so far, and "
+             "those that are added later.")
         .def(
             "worst",
             [](const Rule &r, std::size_t field) {

@@ -535,5 +535,12 @@ def places_and_slopes(
         NDArray[numpy.float64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}
     ],
 ) -> NDArray[numpy.float64]: ...
+def into_box(
+    u: Annotated[NDArray[numpy.float64], {"shape": (None, None), "device": "cpu", "writable": False}],
+    low: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    width: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    least: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+    most: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+) -> NDArray[numpy.float64]: ...
 
 PilotRule: TypeAlias = PilotRule1 | PilotRule2 | PilotRule3

@@ -11,26 +11,16 @@ from collections.abc import Callable
 
 import numpy as np
 import pytest
-from pilot_reference import pilot
+from pilot_reference import keys_of, pilot, rough
 
 import voroquad as vq
 from voroquad.integrals.evaluation import Function
 from voroquad.integrals.integrand import Integrand
 from voroquad.integrals.library import Library
-from voroquad.integrals.pilot import RULES, PilotRun, grid_side
+from voroquad.integrals.pilot import PilotRun, grid_side
 from voroquad.integrals.pilot_error import variance
 from voroquad.integrals.regions import Box
 from voroquad.study.genz import instances
-
-
-def keys_of(seed: int, d: int) -> np.ndarray:
-    return np.random.default_rng(seed).integers(0, 2**64, size=(RULES[d].sequences, d, 65), dtype=np.uint64)
-
-
-def rough(x: np.ndarray) -> np.ndarray:
-    """A bump, a kink and an edge: many stencils and numbers of samples."""
-    s = x.sum(axis=0)
-    return np.exp(-20 * np.square(x - 0.3).sum(axis=0)) + np.abs(s - 0.7) + 0.5 * (x[0] > 0.6)
 
 
 @pytest.mark.parametrize(("d", "n"), [(1, 16), (1, 64), (1, 150), (2, 60), (2, 700), (3, 16), (3, 120), (3, 1400)])
@@ -315,28 +305,6 @@ def test_no_scale_changes_a_digit_where_units_grow(power, func):
     assert one.standard_error > 0.001 * one.integral
     assert other.integral == math.ldexp(one.integral, power)
     assert other.standard_error == math.ldexp(one.standard_error, power)
-
-
-def test_a_rule_in_other_units_is_the_same():
-    rule = RULES[1](50, 2, keys_of(1, 1))
-    for field in range(2):
-        rule.grid(field)[:] = rough((np.arange(50) + 0.5)[None] / 50)
-    rule.plan(400, 1000, 1)
-    values = rough(rule.draw(0, 1))
-    rule.add(np.stack([values, values]), 1)
-    rule.rescale(1, -9)
-    for name in ("integral", "midpoints", "size", "absolute", "largest", "deviations"):
-        before, after = getattr(rule, name)
-        np.testing.assert_array_equal(after, np.ldexp(before, -9), err_msg=name)
-        assert np.any(before)
-    for name in ("square", "value_square"):
-        before, after = getattr(rule, name)
-        assert after == math.ldexp(before, -18) > 0
-    for (before, after), power in zip(rule.differences(), (-18, -36), strict=True):
-        np.testing.assert_array_equal(after, np.ldexp(before, power))
-    (*place, square, residual, value), after = rule.worst(0), rule.worst(1)
-    assert after == (*place, math.ldexp(square, -18), math.ldexp(residual, -9), math.ldexp(value, -9))
-    np.testing.assert_array_equal(rule.grid(1), np.ldexp(rule.grid(0), -9))
 
 
 def test_an_error_that_is_not_finite_is_no_success(monkeypatch):

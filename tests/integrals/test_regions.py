@@ -1,10 +1,13 @@
 """The maps from the unit box."""
 
+import math
+
 import numpy as np
 import pytest
 import scipy.integrate
 
 import voroquad as vq
+from voroquad import _core
 from voroquad.integrals.library import Library
 from voroquad.integrals.places import parts_of
 from voroquad.integrals.regions import Box, Region
@@ -164,3 +167,30 @@ def test_the_bits_of_a_point_do_not_depend_on_those_beside_it(name):
         batches = [region.pull_back(u[:, i : i + size]) for i in range(0, u.shape[1], size)]
         np.testing.assert_array_equal(np.concatenate([x for x, _ in batches], axis=1), points)
         np.testing.assert_array_equal(np.concatenate([e for _, e in batches]), elements)
+
+
+@pytest.mark.parametrize("dtype", [np.float64, np.float32])
+def test_points_of_a_box_are_those_of_the_formula_and_inside(dtype):
+    """Of any strides; and on no limit, also where rounding or the ends of the unit box would put them there."""
+    a, b = np.array([-1.0, 2.0, 1.0, 7.0]), np.array([3.0, 2.5, np.nextafter(1.0, 2.0), -7.0])
+    box = Box(a, b, Library.of(a.astype(dtype), b))
+    low, high = np.minimum(a, b), np.maximum(a, b)
+    u = np.random.default_rng(1).random((40, 4))
+    u[0], u[1] = 0.0, 1.0
+    strided = np.asfortranarray(u).T, np.repeat(u, 2, axis=0)[::2].T, np.ascontiguousarray(u.T)
+    for given in strided:
+        before = given.copy()
+        x, volume = box.pull_back(given)
+        assert x.flags.c_contiguous
+        np.testing.assert_array_equal(given, before)
+        np.testing.assert_allclose(x, low[:, None] + (high - low)[:, None] * u.T, rtol=3 * np.finfo(x.dtype).eps)
+        wide = [0, 1, 3]
+        assert (x[wide] > low[wide, None]).all()
+        assert (x[wide] < high[wide, None]).all()
+        np.testing.assert_array_equal(volume, -math.prod(high - low))
+
+
+def test_limits_of_other_dimensions_are_an_error_of_the_core():
+    one, two = np.zeros(1), np.zeros(2)
+    with pytest.raises(ValueError, match="one for each coordinate"):
+        _core.into_box(np.zeros((2, 3)), two, two, one, two)

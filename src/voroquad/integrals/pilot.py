@@ -116,8 +116,8 @@ class PilotRun:
         largest = np.array([_largest(grid) for grid in fields])
         self.grid_is_zero = largest == 0
         _, self.power = np.frexp(largest)
-        for grid, power in zip(fields, self.power, strict=True):
-            np.ldexp(grid, -power, out=grid)
+        for f, power in enumerate(self.power.tolist()):
+            self.rule.rescale(f, -power)
         self.midpoints = np.array([grid.sum() for grid in fields])
 
     def _keys(self) -> NDArray[np.uint64]:
@@ -177,7 +177,7 @@ class PilotRun:
         return self._estimate()
 
     def _add(self, values: Array) -> None:
-        self.rule.add(np.ldexp(values, -self.power[:, None]), self.threads)
+        self.rule.add(values, self.threads)
         self.steps.append(self.rule.integral - self.rule.midpoints)
         self.samples += values.shape[1]
 

@@ -9,6 +9,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from .._support.arrays import Array
 from .._support.checks import real_numbers
 from .library import Library, to_numpy
@@ -71,12 +72,13 @@ class Box:
 
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (d, n) inside the box and the volume element (n,), with the sign of swapped limits, at u (d, n)."""
-        a, b = self.a[:, None], self.b[:, None]
         if self._volume is not None:
-            x = within(u)
-            x *= b - a
-            x += a
-            return inside(x, a, b, self._library), np.full(u.shape[1], self._volume)
+            ends = np.nextafter(self.a, self.b), np.nextafter(self.b, self.a)
+            x = _core.into_box(u, self.a, self.b - self.a, *ends)
+            if self._library.precision() != np.float64:
+                x = inside(x, self.a[:, None], self.b[:, None], self._library)
+            return x, np.full(u.shape[1], self._volume)
+        a, b = self.a[:, None], self.b[:, None]
         x, jacobian = interval(u, a, b, self._loc[:, None], self._scale[:, None])
         return inside(x, a, b, self._library), self.sign * np.prod(jacobian, axis=0)
 

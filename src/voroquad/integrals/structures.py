@@ -139,12 +139,15 @@ class Form:
         return cls(branch, tuple(v.shape[:-1] for v in leaves), tuple(np.iscomplexobj(v) for v in leaves))
 
     def rows(self, leaves: list[Numbers]) -> Array:
-        """Real numbers (fields, n) of arrays (..., n). Real arrays where the form has complex ones are as good."""
+        """Real numbers (fields, n) of arrays (..., n). Real arrays where the form has complex ones are as good.
+
+        Of a single array they may share its memory.
+        """
         found = []
         for leaf, as_complex in zip(leaves, self.is_complex, strict=True):
             flat = leaf.reshape(-1, leaf.shape[-1])
             found += [flat.real, flat.imag] if as_complex else [flat]
-        return np.concatenate(found, dtype=np.float64)
+        return found[0] if len(found) == 1 else np.concatenate(found)
 
     def size(self, leaf: int) -> int:
         """Number of rows of an array."""

@@ -46,7 +46,7 @@ def heavy_tail(components: Mapping[int, Sequence[Array]]) -> IntegrationWarning 
 def _uneven(parts: Sequence[Array]) -> bool:
     """Whether a few values are far larger than the others; it costs much less than to sort them."""
     n = sum(map(len, parts))
-    total, square = sum(float(np.abs(v).sum()) for v in parts), sum(float(v @ v) for v in parts)
+    total, square = (sum(float(f(v).sum()) for v in parts) for f in (np.abs, np.square))
     return n >= FEWEST_VALUES and total**2 < MOST_EVEN * n * square < math.inf
 
 

@@ -1,6 +1,7 @@
 // voroquad/detail/pilot/morton.hpp: the cells of a grid in Morton's order.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <bit>
 #include <cstddef>
@@ -17,14 +18,28 @@ class MortonOrder {
 public:
     using Cell = std::array<std::size_t, D>;
 
-    explicit MortonOrder(std::size_t k)
-        : k_(k), end_(std::uint64_t{1} << (D * std::bit_width(k - 1))) {}
+    // Codes of a grid are below this number.
+    static std::uint64_t codes(std::size_t k) {
+        return std::uint64_t{1} << (D * static_cast<std::size_t>(std::bit_width(k - 1)));
+    }
+
+    // The cells with codes from `begin` to `end`
+    MortonOrder(std::size_t k, std::uint64_t begin, std::uint64_t end)
+        : k_(k), code_(begin), end_(std::min(end, codes(k))) {
+        skip_outside();
+    }
 
     bool done() const { return code_ >= end_; }
+    std::uint64_t code() const { return code_; }
     const Cell &cell() const { return cell_; }
 
     void advance() {
         ++code_;
+        skip_outside();
+    }
+
+private:
+    void skip_outside() {
         while (code_ < end_) {
             bool outside = false;
             for (std::size_t a = 0; a < D; ++a) {
@@ -38,7 +53,6 @@ public:
         }
     }
 
-private:
     // Bits 0, D, 2 D, … side by side
     static std::size_t every_dth(std::uint64_t x) {
         if constexpr (D == 1) {
@@ -62,7 +76,7 @@ private:
     }
 
     std::size_t k_;
-    std::uint64_t code_ = 0, end_;
+    std::uint64_t code_, end_;
     Cell cell_{};
 };
 
