@@ -198,13 +198,14 @@ def file_of(cache):
     return path
 
 
-def test_a_table_is_made_once(cache, monkeypatch):
-    x = np.random.default_rng(1).random((100, 2))
-    first = bias_at(x, 30, None)
+@pytest.mark.parametrize(("n", "strata"), [(30, (6, 5)), (30, None), (27, (3, 3, 3)), (216, None)])
+def test_a_table_is_made_once(cache, monkeypatch, n, strata):
+    x = np.random.default_rng(1).random((100, 3 if n in (27, 216) else 2))
+    first = bias_at(x, n, strata)
     monkeypatch.setattr(bias_tables, "integrate", lambda *_: pytest.fail("made again"))
-    np.testing.assert_array_equal(bias_at(x, 30, None), first)
+    np.testing.assert_array_equal(bias_at(x, n, strata), first)
     bias_tables.table.cache_clear()  # another process has the file only
-    np.testing.assert_array_equal(bias_at(x, 30, None), first)
+    np.testing.assert_array_equal(bias_at(x, n, strata), first)
 
 
 @pytest.mark.parametrize("damage", ["cut", "bit", "empty", "text", "other"])

@@ -143,7 +143,7 @@ class Plan:
         inverse = np.linalg.inv(chebvander(u, self.nodes - 1))
         for a in range(d, 2 * d):
             values = np.moveaxis(np.tensordot(inverse, values, (1, a)), 0, a)
-        return values
+        return np.ascontiguousarray(values)  # as in a file: the order in memory is that of sums
 
 
 def layer_depth(n: int, d: int) -> float:
