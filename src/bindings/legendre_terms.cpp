@@ -8,7 +8,8 @@ using namespace voroquad::detail;
 
 namespace {
 
-using Keys = nb::ndarray<const std::uint64_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+// Of each coordinate, the keys of its scramble
+using NetKeys = nb::ndarray<const std::uint64_t, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Rows = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using Coefficients = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 
@@ -24,7 +25,7 @@ void bind_legendre_terms(nb::module_ &m) {
     nb::class_<SobolNet>(m, "SobolNet")
         .def(
             "__init__",
-            [](SobolNet *self, Keys keys, std::size_t digits) {
+            [](SobolNet *self, NetKeys keys, std::size_t digits) {
                 const auto *first = reinterpret_cast<const ScramblingKey *>(keys.data());
                 new (self) SobolNet(keys.shape(0), first, digits);
             },
