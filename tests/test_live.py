@@ -24,6 +24,7 @@ def opened(browser):
     make["main"]()
     wrong = []
     page = browser.new_page(viewport={"width": 1000, "height": 1100})
+    page.set_default_timeout(300_000)  # machines may have other work
     page.on("console", lambda message: wrong.append(message.text))
     page.on("pageerror", lambda error: wrong.append(str(error)))
     page.on("request", lambda request: request.url.startswith(("file:", "data:")) or wrong.append(request.url))
@@ -99,13 +100,18 @@ def test_corners_are_those_of_the_cells(opened):
         np.testing.assert_allclose(corners[begin:end], polygon, atol=1e-12)
 
 
+def drawn(page):
+    """What was asked for is in the picture and in the controls: the figure draws once a frame."""
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
 def shown(page):
     return page.locator("#chosen td").first.inner_text()
 
 
 def test_a_drag_moves_the_sample_and_the_estimate(opened):
     opened.evaluate("live.set({ d: 1, n: 20, design: 'uniform', rule: 'none' }); live.fresh(2)")
-    opened.wait_for_timeout(50)
+    drawn(opened)
     before, points = shown(opened), opened.evaluate("live.get().points")
     box = opened.locator("#picture .dot.selected").bounding_box()
     x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
@@ -119,14 +125,14 @@ def test_a_drag_moves_the_sample_and_the_estimate(opened):
     assert opened.evaluate("live.get().points")[moved[0]] == pytest.approx(
         points[moved[0]] + 0.05 * 640 / 616, abs=0.005
     )
-    opened.wait_for_timeout(50)
+    drawn(opened)
     assert shown(opened) != before
     assert shown(opened) in opened.locator("#spoken").text_content()
 
 
 def test_the_keyboard_reaches_and_moves_everything(opened):
     opened.evaluate("live.set({ d: 2 }); live.set({ design: 'stratified', rule: 'leave-one-out-1' })")
-    opened.wait_for_timeout(50)
+    drawn(opened)
     reached = set()
     opened.locator("body").click(position={"x": 2, "y": 2})
     for _ in range(12):
@@ -135,11 +141,13 @@ def test_the_keyboard_reaches_and_moves_everything(opened):
     assert reached >= {"d", "n", "design", "rule", "integrand", "fresh", "sample", "x", "y", "many"}
     before = opened.evaluate("live.get().points")
     opened.get_by_label("Sample", exact=True).fill("7")
+    drawn(opened)
     for axis in ("x", "y"):
         opened.get_by_label(axis, exact=True).focus()
         opened.keyboard.press("PageUp")
+        drawn(opened)
     opened.keyboard.press("End")
-    opened.wait_for_timeout(50)
+    drawn(opened)
     moved = np.flatnonzero(np.array(opened.evaluate("live.get().points")) != before)
     assert moved.tolist() == [14, 15]
     assert opened.evaluate("live.get().points")[15] == pytest.approx(1)  # sample 7 of 8 × 8 strata: the end of the last
