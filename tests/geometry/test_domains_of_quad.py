@@ -14,7 +14,7 @@ DOMAINS = {
     "disc": vq.Ball([1.0, -2], 2),
     "polar disc": vq.PolarBall([1.0, -2], 2),
     "ball": vq.Ball([1.0, 2, 3], 0.5),
-    "small ball far away": vq.Ball([1e6, 2e6, -1e6], 0.25),
+    "small ball far away": vq.Ball([1e6, 2e6, -1e6], 0.1),
     "segment": vq.Simplex([[4.0], [1.5]]),
     "triangle": vq.Triangle([[0.0, 0], [4, 0], [0, 3]]),
     "tetrahedron": vq.Simplex(CORNERS),
@@ -39,7 +39,7 @@ def test_measures_sum_to_the_volume(name):
         pytest.importorskip("shapely")
     points = points_in(domain, 40)
     measures = vq.cells(points, domain=domain).measures
-    rounding = 1e-9 if "far away" in name else 1e-12
+    rounding = 1e-8 if "far away" in name else 1e-12
     np.testing.assert_allclose(measures.sum(), domain.volume, rtol=rounding)
     np.testing.assert_array_equal(vq.weights(points, domain=domain), measures)
 
