@@ -137,9 +137,11 @@ public:
             const Vector cross = x * to_y - y * to_x;
             const Vector from2 = x * x + y * y, to2 = to_x * to_x + to_y * to_y;
             const Mask clear = (cross > 0.0) & (cross * cross > least_sine2 * (from2 * to2));
-            // Seen from much farther out than its own length, a corner cannot be told from a point
-            // just inside of the hull, and the walk could go anywhere from there.
-            const Mask distinct = from2 < largest_ratio2 * to2;
+            // If corners lie much farther along the line of an edge than the line from the site,
+            // rounding moves them by as much as the step outside: what is behind on that line may
+            // pass for ahead, and the walk could go anywhere from there.
+            const Vector farther2 = larger(from2, to2);
+            const Mask distinct = farther2 * (dx * dx + dy * dy) < largest_ratio2 * (cross * cross);
             // A walk that passes its start would go around again.
             const Mask closed = (to_x == start_[0]) & (to_y == start_[1]);
             const Vector side = start_[0] * to_y - start_[1] * to_x;
@@ -188,9 +190,10 @@ private:
     static constexpr double infinity = std::numeric_limits<double>::infinity();
     // From a corner p the next one is looked for as seen from this multiple of p, just outside of
     // the hull.
-    static constexpr double outside = 1.0 + 3e-14;
-    // 128². Beyond this ratio of |p| to |q|, two roundings of p − q, 2 · 2⁻⁵³ |p|, exceed 3e-14
-    // |q|: the rounding of the way to q is as long as the step outside.
+    static constexpr double outside = 1.0 + 6e-14;
+    // 128². The line of an edge from p to q is |p × q| / |p − q| away from the site, and the step
+    // outside takes 6e-14 of that away from the line. Beyond this ratio of |p| or |q| to it, four
+    // roundings of p − q, 4 · 2⁻⁵³ |p|, are as long.
     static constexpr double largest_ratio2 = 16384.0;
     // (10⁻³)². At a smaller angle between successive corners, seen from the site, a vertex loses
     // more than three digits.
