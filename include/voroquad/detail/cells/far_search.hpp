@@ -151,8 +151,14 @@ private:
             at.hi[a] = place + error;
         }
         const bool is_home = periods == Point<D>{};
-        const auto worth = [&](double distance2, const Box<D> &box) {
-            return distance2 < best.bound() - best.doubt || may_gain(box, along, best);
+        using Node = typename PointTree<D>::Node;
+        const auto worth = [&](double distance2, Node node) {
+            const Box<D> box = tree().box(node);
+            const double rounding = least_rounding(box, along, best);
+            if (distance2 >= best.bound() - best.doubt && !may_gain(box, along, best, rounding))
+                return false;
+            const LiftedBox<D> *const lifted = tree().lifted(node);
+            return lifted == nullptr || may_gain(*lifted, along, best, rounding);
         };
         tree().search(
             at, [&] { return best.bound(); }, worth,
@@ -189,18 +195,44 @@ private:
         }
     }
 
+    // Sites of a box that gain no more gain nothing but rounding. 0 if some may be very near
+    double least_rounding(const Box<D> &box, const Turns &along, const Gain &best) const {
+        double least = 0.0;
+        for (std::size_t a = 0; a < D; ++a) {
+            const double lo = along[a].way(box.lo[a], site_[a]);
+            const double hi = along[a].way(box.hi[a], site_[a]);
+            least += magnified * best.rounding[a] * std::max({lo, -hi, 0.0});
+        }
+        return least;
+    }
+
     // Whether a site in a box may gain more than rounding can: q·v − |q|²/2 is at most the sum of
     // what each coordinate of q can gain.
-    bool may_gain(const Box<D> &box, const Turns &along, const Gain &best) const {
-        double most = 0.0, least_rounding = 0.0;
+    bool may_gain(const Box<D> &box, const Turns &along, const Gain &best, double rounding) const {
+        if (rounding == 0.0) return true;
+        double most = 0.0;
         for (std::size_t a = 0; a < D; ++a) {
             const double lo = along[a].way(box.lo[a], site_[a]);
             const double hi = along[a].way(box.hi[a], site_[a]);
             const double q = std::clamp(best.vertex[a], lo, hi);
             most += magnified * q * (best.vertex[a] - 0.5 * q);
-            least_rounding += magnified * best.rounding[a] * std::max({lo, -hi, 0.0});
         }
-        return most > 0.5 * least_rounding || least_rounding == 0.0;
+        return most > 0.5 * rounding;
+    }
+
+    // The same of a lifted box, and whether a site may gain more than the best one
+    bool may_gain(const LiftedBox<D> &box, const Turns &along, const Gain &best,
+                  double rounding) const {
+        if (rounding == 0.0) return true;
+        Point<D> q0;
+        double error = 0.0; // of places across seams
+        for (std::size_t a = 0; a < D; ++a) {
+            q0[a] = along[a].way(box.anchor()[a], site_[a]);
+            error +=
+                along[a].rounding() * (std::abs(best.vertex[a]) + std::abs(q0[a]) + box.reach());
+        }
+        const double most = magnified * (box.most_gain(best.vertex, q0) + error);
+        return most > std::max(0.5 * rounding, best.magnified_gain);
     }
 
     bool has_clipped(const FarSite &far) const {

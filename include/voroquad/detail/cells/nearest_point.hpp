@@ -69,7 +69,7 @@ private:
         }
         // Also what is as far but for rounding
         const auto bound = [&] { return best.distance2 / magnified * (1.0 + 1e-14) + 0x1p-1020; };
-        const auto any = [](double, const Box<D> &) { return true; };
+        const auto any = [](double, typename PointTree<D>::Node) { return true; };
         tree_.search(at, bound, any, [&](std::size_t leaf) {
             for (std::size_t s = tree_.leaf_begin(leaf); s < tree_.leaf_begin(leaf + 1); ++s) {
                 const Point<D> site = tree_.site(s);

@@ -21,6 +21,7 @@
 #include <voroquad/detail/instruction_set.hpp>
 #include <voroquad/detail/memory.hpp>
 #include <voroquad/detail/points/curve_order.hpp>
+#include <voroquad/detail/points/lifted_box.hpp>
 #include <voroquad/detail/simd.hpp>
 #include <voroquad/parallel.hpp>
 #include <voroquad/points.hpp>
@@ -45,6 +46,7 @@ public:
         const auto crew = static_cast<unsigned>(std::clamp<std::size_t>(threads, 1, most));
         order_.sort(points, crew);
         pack(crew);
+        lift(crew);
     }
 
     // Distinct points, in the order of the curve
@@ -108,9 +110,20 @@ public:
         return spacing;
     }
 
-    // Calls visit(leaf) for leaves, roughly the nearest to a box first. Boxes of any level whose
+    // A node of the tree: leaves are those of level 0
+    struct Node {
+        std::uint32_t level, index;
+    };
+    Box<D> box(Node node) const { return levels_[node.level].box(node.index); }
+    // A closer bound of its points, if there is one: for nodes above leaves, where many points lie
+    // near lines, circles or spheres
+    const LiftedBox<D> *lifted(Node node) const {
+        return node.level > 0 && !lifted_.empty() ? &lifted_[node.level - 1][node.index] : nullptr;
+    }
+
+    // Calls visit(leaf) for leaves, roughly the nearest to a box first. Nodes of any level whose
     // squared distance is not below bound() are left out, and those that are not worth(distance2,
-    // box).
+    // node).
     template <class Bound, class Worth, class Visit>
     void search(const Box<D> &query, Bound &&bound, Worth &&worth, Visit &&visit) const {
         std::array<Branch, 8 * 12> stack; // at most 7 siblings wait on each of 11 levels
@@ -133,12 +146,12 @@ public:
                 near |= bits_less(d, Vector{} + bound()) << c;
             }
             for_each_bit(near, [&](std::size_t c) {
-                if (!worth(distance2[c], levels_[branch.level - 1].box(first + c))) return;
+                const Node child{branch.level - 1, first + static_cast<std::uint32_t>(c)};
+                if (!worth(distance2[c], child)) return;
                 std::size_t place = waiting++;
                 for (; place > bottom && stack[place - 1].distance2 < distance2[c]; --place)
                     stack[place] = stack[place - 1];
-                stack[place] = {distance2[c], branch.level - 1,
-                                first + static_cast<std::uint32_t>(c)};
+                stack[place] = {distance2[c], child.level, child.index};
             });
         }
     }
@@ -234,6 +247,36 @@ private:
         levels_.resize(depth);
     }
 
+    // Lifted boxes of the nodes above leaves, if some of a few nodes of many leaves are thin.
+    // (Among points that fill the box, cells are small and searches few.)
+    void lift(unsigned threads) {
+        constexpr std::size_t fewest = 1024, looked_at = 8; // sites, nodes
+        lifted_.clear();
+        if (sites() < fewest) return;
+        bool thin = false;
+        const std::size_t nodes = (leaves() + fanout - 1) / fanout;
+        for (std::size_t i = 0; i < looked_at && !thin; ++i)
+            thin = lifted_box(1, nodes * (2 * i + 1) / (2 * looked_at)).is_thin();
+        if (!thin) return;
+        lifted_.resize(levels_.size() - 1);
+        std::size_t count = leaves();
+        for (std::size_t level = 1; level < levels_.size(); ++level) {
+            count = (count + fanout - 1) / fanout;
+            lifted_[level - 1].resize(count);
+            parallel_for(count, 16, threads, [&](std::size_t begin, std::size_t end, unsigned) {
+                for (std::size_t i = begin; i < end; ++i)
+                    lifted_[level - 1][i] = lifted_box(level, i);
+            });
+        }
+    }
+
+    LiftedBox<D> lifted_box(std::size_t level, std::size_t i) const {
+        std::size_t first = i, last = i + 1;
+        for (std::size_t l = 0; l < level; ++l) first *= fanout, last *= fanout;
+        const std::size_t begin = leaf_begin(first), end = leaf_begin(std::min(last, leaves()));
+        return LiftedBox<D>::of(end - begin, [&](std::size_t s) { return site(begin + s); });
+    }
+
     template <class Visit>
     void within(std::size_t level, std::size_t first, const Box<D> &query, double reach2,
                 Visit &visit) const {
@@ -248,6 +291,7 @@ private:
 
     CurveOrder<D> order_;
     std::vector<Level> levels_;
+    std::vector<std::vector<LiftedBox<D>>> lifted_; // of the levels above the leaves
 };
 
 } // namespace VOROQUAD::detail
