@@ -67,6 +67,8 @@ def test_a_simplex_is_the_hull_of_its_corners():
         (vq.Polytope(L_SHAPE, [[0, 1, 2], [0, 2, 3], [0, 3, 4], [0, 4, 5]]), "cells need a convex one"),
         (object(), "domain must be vertices .* vq.Ball, .* got <object"),
         (vq.ProductMeasure, "domain must be vertices"),
+        (vq.Ball, "domain must be vertices"),
+        (vq.Ball([1e10, 1], 1e-6), "rounding moves its border; subtract its center"),
         ({"corners": 3}, "domain must be vertices .* got {'corners': 3}"),
     ],
 )
@@ -90,5 +92,16 @@ def test_density_compensation_takes_polytopes_and_names_the_rim_of_balls():
     np.testing.assert_array_equal(vq.density_compensation(k, domain=triangle), expected)
     with pytest.raises(ValueError, match="say rim='ball'"):
         vq.density_compensation(k, domain=vq.Ball([0, 0], 0.5))
-    with pytest.raises(ValueError, match="the trajectory has d = 2"):
-        vq.density_compensation(k, domain=vq.Simplex(CORNERS))
+    for other in (vq.Simplex(CORNERS), vq.Ball(), vq.Simplex([[-0.5], [0.5]])):
+        with pytest.raises(ValueError, match=f"with d = {other.d}, the points have d = 2"):
+            vq.density_compensation(k, domain=other)
+
+
+def test_a_box_that_rounding_makes_square_is_none():
+    with pytest.raises(ValueError, match="these sides must be equal"):
+        vq.cells([[1e10, 1]], bounds=[(1e10 - 1e-6, 1e10 + 1e-6), (1 - 1e-6, 1 + 1e-6)], domain="ball")
+
+
+def test_vertices_are_numbers_of_any_type():
+    corners = np.array([[0, 0], [2, 0], [0, 2]], dtype=object)
+    assert vq.cells([[0.2, 0.3], [0.4, 0.1]], domain=corners).measures.sum() == pytest.approx(2, rel=1e-12)

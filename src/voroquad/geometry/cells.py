@@ -114,7 +114,7 @@ def cells(
     if cell is not None:
         refuse_with("cell", bounds=bounds is not None, domain=domain is not None, periodic=np.any(periodic))
         return _of_lattice(points, d, Lattice(cell), thread_count(threads))
-    if hasattr(domain, "for_cells"):
+    if is_of_quad(domain):
         refuse_with("domain", bounds=bounds is not None, periodic=np.any(periodic))
         return cells(points, **shape_of(domain, d), threads=threads)
     if isinstance(domain, str):
@@ -123,7 +123,7 @@ def cells(
     refuse_with("domain", bounds=bounds is not None, periodic=np.any(periodic))
     if is_region(domain):
         return RegionCells(points, region_of(domain), thread_count(threads))
-    if not isinstance(domain, list | tuple) and np.asarray(domain).dtype == object:
+    if not isinstance(domain, list | tuple) and np.asarray(domain).dtype == object and np.ndim(domain) == 0:
         raise ValueError(f"domain must be {DOMAINS}, got {domain!r}")
     is_pair = isinstance(domain, tuple) and len(domain) == 2 and np.ndim(domain[0]) == 2
     convex = from_half_spaces(domain[0], domain[1], d) if is_pair else from_vertices(domain, d)
@@ -131,14 +131,19 @@ def cells(
     return Cells(convex.copied_to_core(points, crew), convex, crew)
 
 
-def shape_of(domain: Any, d: int) -> dict[str, Any]:
-    """What `cells` takes for points in d dimensions and one of the domains that :func:`voroquad.quad` integrates over.
+def is_of_quad(domain: Any) -> bool:
+    """Whether a domain is one that :func:`voroquad.quad` integrates over, and knows what it is for cells."""
+    return hasattr(domain, "for_cells") and not isinstance(domain, type)
 
-    These belong to a higher floor and say so themselves; ValueError if cells cannot end at their borders.
+
+def shape_of(domain: Any, d: int) -> dict[str, Any]:
+    """What `cells` takes for points in d dimensions and a domain of :func:`voroquad.quad`.
+
+    ValueError if the domain has other dimensions, or cells cannot end at its border.
     """
-    arguments: dict[str, Any] = domain.for_cells()
     if domain.d != d:
         raise ValueError(f"domain is a {type(domain).__name__} with d = {domain.d}, the points have d = {d}")
+    arguments: dict[str, Any] = domain.for_cells()
     return arguments
 
 

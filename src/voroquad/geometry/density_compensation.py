@@ -12,7 +12,7 @@ from .. import _core
 from .._support.arrays import Array
 from .._support.checks import one_of, real_numbers, thread_count
 from .bounds import Bounds, Periodic, type_of
-from .cells import cells, refuse_with, shape_of
+from .cells import cells, is_of_quad, refuse_with, shape_of
 from .k_space import (
     UNITS,
     Trajectory,
@@ -169,9 +169,11 @@ def _in_domain(
         if vectors.shape != (given.d, given.d):
             raise ValueError(f"cell has shape {vectors.shape}; give d = {given.d} lattice vectors, one in each row")
         return cells(given.positions.astype(dtype), cell=vectors / given.per_unit, threads=threads).measures
-    if hasattr(domain, "for_cells"):
-        shape = shape_of(domain, domain.d)
-        domain = "ball" if "bounds" in shape else shape["domain"]
+    if is_of_quad(domain):
+        if domain.d != given.d:
+            given = given.in_plane()
+        shape = shape_of(domain, given.d)
+        domain = shape.get("domain", domain)
     if isinstance(domain, str):
         raise ValueError(_of_name(domain))
     if is_region(domain):

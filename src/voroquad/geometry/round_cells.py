@@ -19,6 +19,8 @@ from .triangulation import Triangulation
 
 #: By how much the sides of the box around a circle may differ, relatively
 ROUND = 1e-12
+#: The same where that is their rounding, far from the origin
+FAR_ROUND = 1e-8
 
 
 class RoundCells(Cells):
@@ -36,7 +38,7 @@ class RoundCells(Cells):
         if box.d == 1:
             raise ValueError("domain='ball' needs points in d = 2 or 3; on a line give bounds=")
         rounding = 4 * float(np.finfo(np.float64).eps) * np.abs(sides).max()  # of the ends, and of their distance
-        if np.ptp(length) > max(ROUND * length.max(), rounding):
+        if np.ptp(length) > max(ROUND * length.max(), min(rounding, FAR_ROUND * length.max())):
             raise ValueError(f"bounds {sides.tolist()}: a {shape} touches its box, so that these sides must be equal")
         if box.periodic[:axes].any():
             raise ValueError(f"periodic {box.periodic.tolist()}: axes across a {shape} are not periodic")

@@ -24,6 +24,9 @@ FLAT = 1e-14
 #: How much of its convex hull a convex polytope may lack by rounding
 HOLLOW = 1e-9
 
+#: By how much of its radius rounding may move the border of a ball that cells end at
+FAR = 1e-8
+
 
 class Simplex:
     r"""Triangle, tetrahedron, …: the convex hull of k + 1 points in R^d, k ≤ d. Where k < d it is a surface.
@@ -209,6 +212,11 @@ class Ball:
 
     def for_cells(self) -> dict[str, Any]:
         """The arguments of :func:`voroquad.cells` for this domain."""
+        if np.finfo(float).eps * np.abs(self.center).max() > FAR * self.radius:
+            raise ValueError(
+                f"domain is a ball of radius {self.radius:g} so far from the origin that rounding moves its border; "
+                "subtract its center from the points and take vq.Ball of the same radius about 0"
+            )
         bounds = np.column_stack([self.center - self.radius, self.center + self.radius])
         return {"bounds": bounds} if self.d == 1 else {"bounds": bounds, "domain": "ball"}
 
