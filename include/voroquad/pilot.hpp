@@ -429,8 +429,8 @@ private:
     detail::LargeArray<double> grid_;       // component by component, with room to read behind each
     detail::LargeArray<std::uint8_t> pick_; // (fields, cells): the stencil
     detail::LargeArray<std::int8_t> expected_; // (fields, cells): exponent of a residual's square
-    std::vector<detail::PowerOfTwo> unit_;    // of each component, times which its values are taken
-    std::vector<int> since_plan_;             // how much of that exponents of squares do not know
+    std::vector<detail::PowerOfTwo> unit_; // of each component, times which its values are taken
+    std::vector<int> since_plan_; // power by which values were rescaled after expected_ was set
     detail::LargeArray<std::int16_t> demand_; // for samples, in logarithms
     int offset_ = 0;                          // that turns demand into levels
     Parts parts_;

@@ -3,8 +3,9 @@
 
 #include "arrays.hpp"
 
-// Without values as yet. The memory of one that has gone is taken again, which memory with large
-// pages is not: the first access to each page would cost more than what these arrays are for.
+// Its values are not set. Memory comes from the allocator, which reuses that of arrays freed
+// before. Large pages would be new each time, and first access costs more than these arrays are
+// for.
 template <class T>
 Array<T> without_values(std::initializer_list<std::size_t> shape) {
     std::size_t n = 1;

@@ -85,7 +85,8 @@ public:
     }
 
 private:
-    // The sums that runs begin with take a third of a byte for each code.
+    // Codes between two stored sums. At this distance the sums take a third of a byte for each
+    // code.
     static constexpr std::uint64_t codes_of_a_stretch = 1024;
     static constexpr std::size_t stretches_of_a_chunk = 16;
 

@@ -7,7 +7,8 @@
 
 namespace VOROQUAD::detail {
 
-// What std::ldexp(x, power) is, to the last bit, as a product where the power is a normal number.
+// A factor 2^power. Its products have the bits of std::ldexp(x, power), and are faster where
+// 2^power is a normal number.
 class PowerOfTwo {
 public:
     explicit PowerOfTwo(int power)
