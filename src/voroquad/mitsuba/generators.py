@@ -23,8 +23,9 @@ BITS = 32
 KINDS = ("joe-kuo", "sz")
 #: Coordinates of Joe and Kuo's sequences; later ones repeat them with the points in another order
 SOBOL = 256
-#: ``sz`` has 16 coordinates over GF(16), not 4 over GF(4), for sets of at least 16² = 2 to the power of this points
-SIXTEEN_FROM = 8
+#: ``sz`` has 16 coordinates over GF(16), not 4 over GF(4), for sets of at least 16² points. (In the first half of such
+#: a set some pairs of coordinates are nearly collinear.)
+SIXTEEN_FROM = 256
 #: Digits of a coordinate that an entry of `PairTables` holds
 HALF = BITS // 2
 #: Most bits of an index that one look-up takes; tables of two pairs for indices of 12 bits fit into the first cache
@@ -107,19 +108,20 @@ class PairTables(NamedTuple):
 
 
 @cache
-def pair_tables(kind: str, bits: int, index_bits: int) -> PairTables:
+def pair_tables(kind: str, size: int, index_bits: int) -> PairTables:
     """The tables for points whose index has so many bits. They have as many digits as the index, or more.
 
     Parameters
     ----------
     kind : str
         One of `KINDS`.
-    bits : int
-        Pairs of coordinates are `crossed` for sets of 2^bits points.
+    size : int
+        Points of a set. Pairs of coordinates are `crossed` for sets of the power of two at or above it.
     index_bits : int
         Bits of an index.
     """
-    columns = crossed(joe_kuo(SOBOL) if kind == "joe-kuo" else sz(16 if bits >= SIXTEEN_FROM else 4), bits)
+    columns = joe_kuo(SOBOL) if kind == "joe-kuo" else sz(16 if size >= SIXTEEN_FROM else 4)
+    columns = crossed(columns, (size - 1).bit_length())
     words = -(-index_bits // HALF)
     parts = -(-index_bits // MOST_PART_BITS)
     part_bits = -(-index_bits // max(parts, 1))

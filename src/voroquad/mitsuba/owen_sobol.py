@@ -66,8 +66,8 @@ class OwenSobol(mi.Sampler):
      * - generators
        - |string|
        - ``joe-kuo``, Sobol' sequences; ``sz``, groups of coordinates over a finite field, each with the points in
-         another order: 4 over that of four elements, or 16 over that of sixteen if a pixel has more than 128 samples;
-         ``auto``, what this version recommends: ``sz``. (Default: ``auto``)
+         another order: 4 over that of four elements, or 16 over that of sixteen if a pixel has 256 samples or more in a
+         round, or in a set of adaptive sampling; ``auto``, what this version recommends: ``sz``. (Default: ``auto``)
      * - seed
        - |int|
        - Changes all numbers, as the seed of a render does. (Default: 0)
@@ -126,7 +126,8 @@ class OwenSobol(mi.Sampler):
         self._starts: mi.UInt32 | None = None  # samples of each of them before those of the first wavefront
         self._begun = 0  # samples of each pixel in the wavefronts before this one
         self._kind = DEFAULT_GENERATORS if self.generators == "auto" else self.generators
-        self._crossed = self._set_bits = 0  # samples whose pairs are crossed; 0: those of a pixel; and their bits
+        self._crossed = 0  # samples whose pairs are crossed; 0: those of a pixel
+        self._set_bits = 0  # of the number of such a sample
         self._tables: PairTables | None = None  # until it is seeded
         self._entries = mi.UInt32(0)
         self.dimension = mi.UInt32(0)
@@ -231,9 +232,10 @@ class OwenSobol(mi.Sampler):
         return self._per_wavefront or self.sample_count()
 
     def _samples(self) -> tuple[mi.UInt32, mi.UInt32, int]:
-        """Pixel and number of each sample of the wavefront, and the bits of numbers."""
+        """Pixel and number of each sample of the wavefront, and how many a pixel has in all."""
         per_pixel = self._per_pixel()
-        bits = (max(self.sample_count(), per_pixel) - 1).bit_length()
+        in_all = max(self.sample_count(), per_pixel)
+        bits = (in_all - 1).bit_length()
         lane = dr.arange(mi.UInt32, self.wavefront_size())
         pixel = quotient(lane, per_pixel)
         number = lane - pixel * dr.opaque(mi.UInt32, per_pixel) + dr.opaque(mi.UInt32, self._begun % 2**bits)
@@ -243,11 +245,12 @@ class OwenSobol(mi.Sampler):
             pixel = dr.gather(mi.UInt32, self._picked, pixel)
         elif self._window.pixels:
             pixel += dr.opaque(mi.UInt32, self._window.first * self._window.width % 2**32)
-        return pixel, number, bits
+        return pixel, number, in_all
 
     def _begin(self) -> None:
         """Set the key of each sample of the wavefront, and its index, whose bits are kept in reverse order."""
-        pixel, number, bits = self._samples()
+        pixel, number, in_all = self._samples()
+        bits = (in_all - 1).bit_length()
         # Beyond the samples that were asked for, another sequence begins
         seed = combine(self._seed, dr.opaque(mi.UInt32, self._begun >> bits))
         if self._window.pixels and self.order == "morton":
@@ -256,8 +259,9 @@ class OwenSobol(mi.Sampler):
         else:
             self._reversed, index_bits = dr.brev(number), bits
             self._key = combine(pixel, seed ^ _OF_PIXEL)
-        self._set_bits = (self._crossed - 1).bit_length() if self._crossed else bits
-        tables = pair_tables(self._kind, self._set_bits, index_bits)
+        size = self._crossed or in_all
+        self._set_bits = (size - 1).bit_length()
+        tables = pair_tables(self._kind, size, index_bits)
         if tables is not self._tables:
             self._tables, self._entries = tables, mi.UInt32(tables.entries)
         self.dimension = mi.UInt32(0)

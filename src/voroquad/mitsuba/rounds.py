@@ -18,7 +18,7 @@ from .accumulation import Pass
 from .blend import Floats, Share, of_own_half
 
 #: Raise it when the arrays of a state change their meaning, or a pass its bits
-_FORMAT = 4
+_FORMAT = 5
 
 
 def round_seed(seed: int, number: int) -> int:
