@@ -107,6 +107,12 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("paths", nargs="+", type=Path, help="pages or folders of pages")
     asked = parser.parse_args()
+    for path in asked.paths:
+        if not path.exists():
+            sys.exit(f"no such file or folder: {path}")
+    for program in ("npm", "chromium"):
+        if not shutil.which(program):
+            sys.exit(f"{program} is not installed: apt-get install {program}")
     looked_at = pages(asked.paths)
     if not looked_at:
         sys.exit(f"no page in {', '.join(map(str, asked.paths))}")

@@ -85,9 +85,11 @@ bool copied_inside(const StridedSets &points, const Sides &sides, const Scaling 
             for (; i < set_end; ++i) {
                 const Point<D> x = set[i - s * n];
                 for (std::size_t a = 0; a < D; ++a) {
-                    const double y = (x[a] - offset[a]) * scaling.scale;
-                    all &= (end[2 * a] <= x[a]) & (x[a] <= end[2 * a + 1]); // NaN is not
-                    all &= (core_end[2 * a] <= y) & (y <= core_end[2 * a + 1]);
+                    const double lo = end[2 * a], hi = end[2 * a + 1];
+                    const double core_lo = core_end[2 * a], core_hi = core_end[2 * a + 1];
+                    const double given = x[a], y = (given - offset[a]) * scaling.scale;
+                    all &= (lo <= given) & (given <= hi); // NaN is not
+                    all &= (core_lo <= y) & (y <= core_hi);
                     out[i * D + a] = y;
                 }
             }

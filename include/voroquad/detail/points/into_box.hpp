@@ -8,14 +8,14 @@
 
 namespace VOROQUAD::detail {
 
-// out[i] = low + width t, with t = u[i stride], held between `least` and `most`. First t is moved
+// out[i] = low + length t, with t = u[i stride], held between `least` and `most`. First t is moved
 // off the ends of [0, 1], since u may be the ends and the box is open.
 inline void into_interval(const double *u, std::ptrdiff_t stride, std::size_t n, double low,
-                          double width, double least, double most, double *out) {
+                          double length, double least, double most, double *out) {
     for (std::size_t i = 0; i < n; ++i) {
         const double t =
             std::clamp(u[static_cast<std::ptrdiff_t>(i) * stride], 0x1p-54, 1 - 0x1p-53);
-        out[i] = std::min(std::max(t * width + low, least), most); // least may exceed most
+        out[i] = std::min(std::max(t * length + low, least), most); // least may exceed most
     }
 }
 
