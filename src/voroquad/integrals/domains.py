@@ -19,13 +19,10 @@ from .trapezoids import Trapezoid, trapezoids
 #: Up to this dimension of the box maps are smooth, above it points are uniform (benchmarks/domain_maps.py).
 SMOOTH = 3
 
-#: A simplex with a smaller share of the volume of its polytope is flat up to rounding.
+#: A simplex with a smaller share of its polytope's volume is flat up to rounding
 FLAT = 1e-14
-#: How much of its convex hull a convex polytope may lack by rounding
-HOLLOW = 1e-9
-
-#: By how much of its radius rounding may move the border of a ball that cells end at
-FAR = 1e-8
+#: How much of its convex hull a convex polytope may lack by rounding, and how much of its radius the border of a ball
+HOLLOW, FAR = 1e-9, 1e-8
 
 
 class Simplex:
@@ -214,8 +211,7 @@ class Ball:
         """The arguments of :func:`voroquad.cells` for this domain."""
         if np.finfo(float).eps * np.abs(self.center).max() > FAR * self.radius:
             raise ValueError(
-                f"domain is a ball of radius {self.radius:g} so far from the origin that rounding moves its border; "
-                "subtract its center from the points and take vq.Ball of the same radius about 0"
+                f"domain: rounding moves a border of radius {self.radius:g} about {self.center}; move all to 0"
             )
         bounds = np.column_stack([self.center - self.radius, self.center + self.radius])
         return {"bounds": bounds} if self.d == 1 else {"bounds": bounds, "domain": "ball"}
