@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdlib>
 
+#include <voroquad/detail/function_ref.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 
 #if VOROQUAD_THREADS
@@ -36,6 +37,28 @@ struct NoPause {
     void operator()() const {}
 };
 
+namespace detail {
+
+// parallel_for of any body and pause, which both are called by pointer.
+inline void run_chunks(std::size_t n, std::size_t grain, unsigned threads,
+                       FunctionRef<std::size_t, std::size_t, unsigned> body, FunctionRef<> pause) {
+    grain = std::max<std::size_t>(grain, 1);
+#if VOROQUAD_THREADS
+    const std::size_t chunks = (n + grain - 1) / grain;
+    const auto workers = static_cast<unsigned>(
+        std::min<std::size_t>(std::max(1u, threads), std::max<std::size_t>(chunks, 1)));
+    if (workers > 1) return run_crew(n, grain, workers, body, pause);
+#else
+    static_cast<void>(threads);
+#endif
+    for (std::size_t begin = 0; begin < n; begin += grain) {
+        pause();
+        body(begin, std::min(begin + grain, n), 0u);
+    }
+}
+
+} // namespace detail
+
 // Calls body(begin, end, worker) for chunks of at most `grain` indices that partition [0, n).
 // Chunks are handed out as threads become free, so results may depend on the index only, never on
 // worker < max(1, threads), which is there to pick a scratch space. The calling thread calls
@@ -47,19 +70,9 @@ struct NoPause {
 template <class Body, class Pause = NoPause>
 void parallel_for(std::size_t n, std::size_t grain, unsigned threads, Body &&body,
                   Pause &&pause = {}) {
-    grain = std::max<std::size_t>(grain, 1);
-#if VOROQUAD_THREADS
-    const std::size_t chunks = (n + grain - 1) / grain;
-    const auto workers = static_cast<unsigned>(
-        std::min<std::size_t>(std::max(1u, threads), std::max<std::size_t>(chunks, 1)));
-    if (workers > 1) return detail::run_crew(n, grain, workers, body, pause);
-#else
-    static_cast<void>(threads);
-#endif
-    for (std::size_t begin = 0; begin < n; begin += grain) {
-        pause();
-        body(begin, std::min(begin + grain, n), 0u);
-    }
+    detail::run_chunks(n, grain, threads,
+                       detail::FunctionRef<std::size_t, std::size_t, unsigned>(body),
+                       detail::FunctionRef<>(pause));
 }
 
 } // namespace VOROQUAD

@@ -74,6 +74,8 @@ public:
         since_plan_.assign(fields, 0);
         renew(keys);
     }
+    PilotRule(PilotRule &&) = default; // grids are large: rules are moved, not copied
+    PilotRule &operator=(PilotRule &&) = default;
 
     // Other keys, for another set of samples of the same plan
     void renew(const Key *keys) {

@@ -2,10 +2,9 @@
 #include "arrays.hpp"
 
 #include <algorithm>
-#include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
-#include <variant>
 
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/vector.h>
@@ -57,20 +56,26 @@ inline std::vector<std::size_t> indices(const std::int64_t *from, std::size_t n)
 
 namespace VOROQUAD::detail { // apart for each level of the processor: Python sees all modules
 
-// The process of either correlation, with the points that it reads
+inline const AnyCorrelation &correlation_named(const std::string &name) {
+    if (name == "matern7") return any_correlation<Matern7>;
+    if (name == "matern9") return any_correlation<Matern9>;
+    if (name == "gaussian") return any_correlation<Gaussian>;
+    throw std::invalid_argument("correlation is '" + name +
+                                "'; it must be 'matern7', 'matern9' or 'gaussian'");
+}
+
+// Kriging with the points that it reads
 class Predictions {
 public:
     Predictions(const SampleGroups &groups, const std::string &correlation, Points points,
                 const AssumedProcess &assumed, unsigned threads)
         : n_(groups.samples()), groups_(groups.count()),
           points_(points.data(), points.data() + points.size()) {
-        if (correlation == "matern7") make<Matern7>(groups, assumed, threads);
-        else if (correlation == "matern9") make<Matern9>(groups, assumed, threads);
-        else if (correlation == "gaussian") make<Gaussian>(groups, assumed, threads);
-        else
-            throw std::invalid_argument("correlation is '" + correlation +
-                                        "'; it must be 'matern7', 'matern9' or 'gaussian'");
+        const AnyCorrelation &known = correlation_named(correlation);
+        nb::gil_scoped_release release;
+        kriging_.emplace(groups, known, points_.data(), assumed, threads);
     }
+    Predictions(const Predictions &) = delete; // the copy would read the points of the first
 
     Array<double> squares(Pairs pairs, Rows values) const {
         require_pairs(pairs, groups_);
@@ -78,9 +83,10 @@ public:
         const std::size_t count = pairs.shape(0), fields = values.shape(0);
         std::vector<double> out(fields * count * 2);
         const auto u = indices(pairs.data(), pairs.size());
-        visit([&](const auto &one) {
-            one.squares(u.data(), count, values.data(), fields, out.data());
-        });
+        {
+            nb::gil_scoped_release release;
+            kriging_->squares(u.data(), count, values.data(), fields, out.data());
+        }
         return own(std::move(out), {fields, count, 2});
     }
 
@@ -90,9 +96,10 @@ public:
         const std::size_t fields = values.shape(0);
         std::vector<double> out(fields * n_);
         const auto u = indices(some.data(), some.size());
-        visit([&](const auto &one) {
-            one.residuals(u.data(), u.size(), values.data(), fields, out.data());
-        });
+        {
+            nb::gil_scoped_release release;
+            kriging_->residuals(u.data(), u.size(), values.data(), fields, out.data());
+        }
         return own(std::move(out), {fields, n_});
     }
 
@@ -100,28 +107,17 @@ public:
         require_groups(some.data(), some.size(), groups_);
         std::vector<double> out(some.size() * n_);
         const auto u = indices(some.data(), some.size());
-        visit([&](const auto &one) { one.weights(u.data(), u.size(), out.data()); });
+        {
+            nb::gil_scoped_release release;
+            kriging_->weights(u.data(), u.size(), out.data());
+        }
         return own(std::move(out), {u.size(), n_});
     }
 
 private:
-    template <class Correlation>
-    void make(const SampleGroups &groups, const AssumedProcess &assumed, unsigned threads) {
-        nb::gil_scoped_release release;
-        kriging_ =
-            std::make_unique<LeftOutKriging<Correlation>>(groups, points_.data(), assumed, threads);
-    }
-    template <class Use>
-    void visit(Use &&use) const {
-        nb::gil_scoped_release release;
-        std::visit([&](const auto &one) { use(*one); }, kriging_);
-    }
-
     std::size_t n_, groups_;
     std::vector<double> points_;
-    std::variant<std::unique_ptr<LeftOutKriging<Matern7>>, std::unique_ptr<LeftOutKriging<Matern9>>,
-                 std::unique_ptr<LeftOutKriging<Gaussian>>>
-        kriging_;
+    std::optional<LeftOutKriging> kriging_;
 };
 
 } // namespace VOROQUAD::detail

@@ -101,8 +101,9 @@ void print_left_out() {
     for (std::size_t g = 0; g < 3; ++g) over[g * terms] = 1.0 / 3.0;
     for (std::size_t i = 0; i < n; ++i) values[i] = std::sqrt(x[2 * i] + 2.0 * x[2 * i + 1]);
     const std::vector<std::size_t> pairs{0, 1, 1, 2}, all{0, 1, 2};
-    const voroquad::detail::LeftOutKriging<voroquad::detail::Matern9> kriging(
-        groups, x.data(), {0.5, 1e-6, 2e3, at.data(), over.data(), {1, 3, 6}});
+    const voroquad::detail::LeftOutKriging kriging(
+        groups, voroquad::detail::any_correlation<voroquad::detail::Matern9>, x.data(),
+        {0.5, 1e-6, 2e3, at.data(), over.data(), {1, 3, 6}});
     std::vector<double> squares(4), residuals(n), weights(3 * n);
     kriging.squares(pairs.data(), 2, values.data(), 1, squares.data());
     kriging.residuals(all.data(), 3, values.data(), 1, residuals.data());

@@ -10,6 +10,7 @@
 #include <thread>
 #include <vector>
 
+#include <voroquad/detail/function_ref.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 
 namespace VOROQUAD::detail {
@@ -17,8 +18,8 @@ namespace VOROQUAD::detail {
 inline unsigned processors() { return std::max(1u, std::thread::hardware_concurrency()); }
 
 // parallel_for (parallel.hpp) on two workers or more, of which the calling thread is worker 0.
-template <class Body, class Pause>
-void run_crew(std::size_t n, std::size_t grain, unsigned workers, Body &body, Pause &pause) {
+inline void run_crew(std::size_t n, std::size_t grain, unsigned workers,
+                     FunctionRef<std::size_t, std::size_t, unsigned> body, FunctionRef<> pause) {
     std::atomic<std::size_t> next{0};
     std::exception_ptr error;
     std::mutex error_guard;

@@ -174,4 +174,17 @@ private:
     double scale_;
 };
 
+// A correlation that is known only when the program runs, by pointers to what depends on it.
+struct AnyCorrelation {
+    // Covariance::above between points (n, d)
+    void (*above)(const double *points, std::size_t n, std::size_t d, double length, double *k,
+                  std::size_t stride);
+    double (*integral)(double t);
+};
+template <class Correlation>
+inline constexpr AnyCorrelation any_correlation{
+    [](const double *points, std::size_t n, std::size_t d, double length, double *k,
+       std::size_t stride) { Covariance<Correlation>(points, n, d, length).above(k, stride); },
+    Correlation::integral};
+
 } // namespace VOROQUAD::detail

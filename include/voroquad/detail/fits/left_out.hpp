@@ -34,14 +34,13 @@ struct AssumedProcess {
     std::vector<std::size_t> terms; // of each degree of the drift, from 0 on
 };
 
-template <class Correlation>
 class LeftOutKriging {
 public:
     // Points are (n, d). They and the groups stay where they are.
-    LeftOutKriging(const SampleGroups &groups, const double *points, const AssumedProcess &assumed,
-                   unsigned threads = 1)
-        : groups_(groups), n_(groups.samples()), d_(groups.axes.size()), points_(points),
-          length_(assumed.length), highest_(assumed.terms.back()),
+    LeftOutKriging(const SampleGroups &groups, const AnyCorrelation &correlation,
+                   const double *points, const AssumedProcess &assumed, unsigned threads = 1)
+        : groups_(groups), correlation_(correlation), n_(groups.samples()), d_(groups.axes.size()),
+          points_(points), length_(assumed.length), highest_(assumed.terms.back()),
           over_groups_(assumed.over_groups,
                        assumed.over_groups + groups.members.size() * highest_) {
         factor(assumed.noise);
@@ -111,10 +110,9 @@ private:
 
     // Factors K; where it is singular to rounding, with as much noise as it takes.
     void factor(double noise) {
-        const Covariance<Correlation> covariance(points_, n_, d_, length_);
         for (noise = std::max(noise, std::numeric_limits<double>::epsilon());; noise *= 10) {
             Matrix a(n_, n_);
-            covariance.above(a.row(0), a.stride());
+            correlation_.above(points_, n_, d_, length_, a.row(0), a.stride());
             for (std::size_t i = 0; i < n_; ++i) a(i, i) += noise;
             factor_ = Cholesky(std::move(a), n_);
             if (factor_.known() == n_) break;
@@ -273,7 +271,7 @@ private:
         const AxisParts &axis = groups_.axes[a];
         std::vector<double> out(axis.parts * n_);
         const auto to = [&](double t) {
-            return std::copysign(Correlation::integral(std::abs(t) / length_), t) * length_;
+            return std::copysign(correlation_.integral(std::abs(t) / length_), t) * length_;
         };
         for (std::size_t i = 0; i < axis.low.size(); ++i) {
             double *sum = out.data() + axis.part[i] * n_;
@@ -287,6 +285,7 @@ private:
     }
 
     const SampleGroups &groups_;
+    AnyCorrelation correlation_;
     std::size_t n_, d_;
     const double *points_;
     double length_;
