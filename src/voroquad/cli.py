@@ -137,7 +137,9 @@ def integrate(
     from .integrals.expression import compile_expression, parse_bounds
     from .integrals.progress import IntegrationInterrupted
     from .integrals.quad import quad
+    from .integrals.result import check_level
 
+    check_level(level)  # before the formula is evaluated
     a, b = parse_bounds(bounds)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always")

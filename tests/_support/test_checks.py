@@ -36,7 +36,7 @@ def test_float64_is_not_copied():
         ({"a": 1}, "x must be an array of numbers, got dict"),
         ([[1, 2], [3]], "x must be an array of numbers, got list"),
         ([datetime.date(2026, 1, 1)], "x must be an array of numbers, got list"),
-        (np.array(["2026-01-01"], dtype="M8[D]"), "x must be an array of numbers, got ndarray"),
+        (np.array(["2026-01-01"], dtype="M8[D]"), "x must be an array of numbers, got an array of datetime64.D."),
         ([1j], "x must be real, got complex numbers; give their two parts"),
         (MASKED, "x must not be masked; drop the masked rows"),
         ([MASKED[1], MASKED[0]], "x must not be masked"),

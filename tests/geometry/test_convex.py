@@ -129,6 +129,7 @@ def test_the_triangulation_has_circumcentres_inside():
         ([(0, 0), (1, np.nan), (0, 1)], "domain has vertices that are not finite"),
         ([(0, 0, 0), (1, 0, 0)], r"domain has vertices of shape \(2, 3\), the points need \(k, 2\)"),
         ((np.eye(2), np.ones(2)), r"domain=\(A, b\) is not bounded"),
+        (([[1, 0], [0, 1], [0, -1]], [1, 1, 0]), r"domain=\(A, b\) is not bounded"),
         (([[1, 0], [-1, 0]], [1, 1]), r"domain=\(A, b\) is not bounded"),
         ((np.concatenate([np.eye(2), -np.eye(2)]), -np.ones(4)), r"domain=\(A, b\) is empty"),
         (([[1, 0], [0, 0]], [1, 1]), "needs a finite normal"),

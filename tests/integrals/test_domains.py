@@ -349,6 +349,10 @@ def integral_by_nets(f, region):
             "simplices must be numbers from 0 to 2, got 0 to 3",
         ),
         (lambda: vq.Polytope([[0, 0], [1, 1], [2, 0]], [[0, 1]]), r"simplices must be whole numbers \(k, 3\)"),
+        (lambda: vq.Polygon([[0, 0], [1, 2], [2, 4]]), "vertices, holes: the polygon has no area; move a vertex"),
+        (lambda: vq.Polygon([[0, 0], [0.1, 0.3], [0.2, 0.6]]), "the polygon has no area"),
+        (lambda: vq.Polygon(L_SHAPE, [L_SHAPE]), "the polygon has no area; move a vertex or drop a hole"),
+        (lambda: vq.quad(np.sum, vq.Ball), "a is the class Ball; give a domain"),
         (lambda: vq.quad(np.sum, vq.Ball(), 1), "b: a Ball is the whole domain; leave b out, got 1"),
         (lambda: vq.quad(np.sum, 0), "a and b: give both limits"),
         (lambda: vq.quad(np.sum, vq.Ball(), order=9), "order"),
@@ -363,3 +367,65 @@ def test_a_mesh_that_is_not_convex():
     corners = [[0, 0], [1, 0], [1, 1], [0, 1], [0.5, 0.5]]
     r = vq.quad(lambda x: x[0], vq.Polytope(corners, [[0, 1, 4], [1, 2, 4], [2, 3, 4]]), rng=1)
     assert r.integral == pytest.approx(0.5 - 0.25 * 1 / 6, rel=1e-9)
+
+
+def test_a_thin_polygon_has_an_area():
+    assert vq.Polygon([[0, 0], [1, 1], [1, 1 + 1e-13], [0, 1e-13]]).volume == pytest.approx(1e-13, rel=1e-2)
+
+
+@pytest.mark.parametrize(("make", "log_volume"), [
+    (lambda d: vq.Ball(np.zeros(d)), lambda d: d / 2 * math.log(math.pi) - math.lgamma(d / 2 + 1)),
+    (lambda d: vq.SphereSurface(np.zeros(d)), lambda d: math.log(2) + d / 2 * math.log(math.pi) - math.lgamma(d / 2)),
+])  # fmt: skip
+@pytest.mark.parametrize("d", [5, 300, 345, 400])
+def test_volumes_of_balls_whose_gamma_functions_overflow(make, log_volume, d):
+    body = make(d)
+    _, element = body.pull_back(np.full((body.d, 1), 0.3))
+    assert math.log(body.volume) == pytest.approx(log_volume(d), rel=1e-12)
+    assert element[0] == pytest.approx(body.volume, rel=1e-10)
+
+
+class OfOnes:
+    """The unit square, of a class that voroquad does not know."""
+
+    d, empty = 2, False
+
+    def __init__(self, answer=lambda u: (u, np.ones(u.shape[1]))):
+        self.pull_back = answer
+
+
+def test_a_domain_of_the_callers_own():
+    assert vq.quad(lambda x: x[0], OfOnes(), n_points=64, rng=1).integral == pytest.approx(0.5, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("answer", "message"),
+    [
+        (
+            lambda u: (u, 3.0),
+            r"must return points \(k, 64\) and .* elements \(64,\).* got shapes \(2, 64\) and \(\)",
+        ),
+        (lambda u: (u.T, np.ones(u.shape[1])), r"got shapes \(64, 2\) and \(64,\)"),
+        (lambda u: u, "of the domain OfOnes must return points and volume elements"),
+        (lambda u: (u, ["a"] * u.shape[1]), "what pull_back.* must be an array of numbers, got list"),
+    ],
+)
+def test_answers_of_a_domain_of_the_callers_own_are_checked(answer, message):
+    with pytest.raises(ValueError, match=message):
+        vq.quad(lambda x: x[0], OfOnes(answer), n_points=64, rng=1)
+
+
+@pytest.mark.parametrize(("attributes", "message"), [
+    ({"empty": None}, "lacks empty; it needs d, empty and pull_back"),
+    ({"d": 2.5}, "d of the domain OfOnes must be a whole number of at least 1, got 2.5"),
+])  # fmt: skip
+def test_what_a_domain_of_the_callers_own_lacks_is_named(attributes, message):
+    class Lacking:
+        pull_back = OfOnes().pull_back
+
+    place = Lacking()
+    for name, value in ({"d": 2, "empty": False} | attributes).items():
+        if value is not None:
+            setattr(place, name, value)
+    with pytest.raises(ValueError, match=message.replace("OfOnes", "Lacking")):
+        vq.quad(lambda x: x[0], place, n_points=64, rng=1)

@@ -249,3 +249,9 @@ def test_quad_over_pieces_of_a_measure(measures):
 def test_what_quad_takes_for_a_measure(arguments, message):
     with pytest.raises(ValueError, match=message):
         vq.quad(lambda x: x[0], **arguments)
+
+
+@pytest.mark.parametrize("parameters", [(0, -1), ([0, 1], 1), (np.nan, 1)])
+def test_a_distribution_without_a_median_is_named(parameters):
+    with pytest.raises(ValueError, match=r"distributions\[1\] must be one distribution with valid parameters"):
+        vq.ProductMeasure(scipy.stats.norm(), scipy.stats.norm(*parameters))

@@ -56,6 +56,7 @@ def test_a_header_is_left_out_aloud(tmp_path, capsys, header):
         ("0.1,\u0661\n", "field 2 of line 1"),
         ("x\n# y\n\n", "holds no points"),
         ("", "holds no points"),
+        ("x1,x2,weight\n0.1,0.2,1\n", "the last column is called 'weight' and would be a coordinate; drop it"),
         (b"\xff\xfe0\x00", "is not UTF-8 text"),
         ("x,y\nx,y\n0.1,0.2\n", "field 1 of line 2 is 'x'"),
     ],

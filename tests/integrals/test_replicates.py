@@ -361,3 +361,10 @@ def test_the_choice_does_not_know_the_sizes_of_a_nets_own_values(factor):
             of_net = np.where(np.arange(3) == r, factor, 1.0)
             other = replicates._best(parts, plain * of_net[:, None])
         assert other[r] == best[r]
+
+
+@pytest.mark.filterwarnings("error")
+@pytest.mark.parametrize("size", [1e308, 1e-308])
+def test_values_at_the_ends_of_the_range_overflow_nowhere(size):
+    r = vq.quad(lambda x: size * (0.1 + 0.9 * x[0]), [0] * 4, [1] * 4, n_points=9000, rng=1)
+    assert r.integral == pytest.approx(0.55 * size, rel=1e-12)

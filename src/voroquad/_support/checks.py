@@ -11,6 +11,9 @@ from numpy.typing import ArrayLike
 
 from .arrays import Array
 
+#: The largest whole number that arrays and the core can count to
+MOST = 2**63 - 1
+
 
 def positive_int(name: str, value: Any) -> int:
     """Return `value` as an int of at least 1."""
@@ -20,7 +23,16 @@ def positive_int(name: str, value: Any) -> int:
         number = 0
     if isinstance(value, bool) or number < 1 or number != value:
         raise ValueError(f"{name} must be a whole number of at least 1, got {value!r}")
+    if number > MOST:
+        raise ValueError(f"{name} must be at most 2^63 - 1, got {value!r}")
     return number
+
+
+def truth(name: str, value: Any) -> bool:
+    """Return `value` if it is True or False; a text such as "no" would count as True."""
+    if not isinstance(value, bool | np.bool_) and not (isinstance(value, int) and value in (0, 1)):
+        raise ValueError(f"{name} must be True or False, got {value!r}")
+    return bool(value)
 
 
 def whole_numbers(name: str, text: str) -> tuple[int, ...]:
@@ -78,6 +90,8 @@ def real_numbers(name: str, values: Any, of_complex: str = "give their two parts
             raise TypeError
     except (TypeError, ValueError) as error:
         given = reprlib.repr(values) if isinstance(values, str | bytes | None) else type(values).__name__
+        if isinstance(values, np.ndarray):
+            given = f"an array of {values.dtype}"
         raise ValueError(f"{name} must be an array of numbers, got {given}") from error
     refuse_lossy(name, values, of_complex)
     return numbers

@@ -209,7 +209,7 @@ def sample(
     d = 1 if d is None else positive_int("d", d)
     generator = as_generator(rng)
     if callable(sampler):
-        engines = [sampler(d, rng=r) for r in generator.spawn(batch)]
+        engines = [_engine(sampler(d, rng=r)) for r in generator.spawn(batch)]
         points = np.stack([engine_points(engine, n) for engine in engines])
         if len(np.unique(points.reshape(batch, -1), axis=0)) < batch:
             raise ValueError(
@@ -233,7 +233,10 @@ def as_generator(rng: Rng) -> np.random.Generator:
     """The generator that a seed stands for."""
     if isinstance(rng, int | np.integer) and rng < 0:
         raise ValueError(f"rng: a seed must be at least 0, got {rng}")
-    return np.random.default_rng(rng)
+    try:
+        return np.random.default_rng(rng)
+    except TypeError:
+        raise TypeError(f"rng must be a whole number, a numpy.random.Generator or None, got {rng!r}") from None
 
 
 def as_sample_set(samples: SampleSet | ArrayLike, design: str | None = None) -> SampleSet:
@@ -283,6 +286,15 @@ def _check_one_per_stratum(points: Array, strata: tuple[int, ...], design: str) 
                 f"design={design!r}: each of the {' × '.join(map(str, strata))} strata must hold one point, but "
                 f"stratum {crowded}{of_set} holds {counts[crowded]}; say design='uniform' or leave design out"
             )
+
+
+def _engine(made: Any) -> qmc.QMCEngine:
+    """What a callable made, if points can be drawn from it."""
+    if not (callable(getattr(made, "random", None)) and hasattr(made, "d")):
+        raise ValueError(
+            f"sampler must make an engine of scipy.stats.qmc from (d, rng=), as qmc.Sobol does, got {made!r}"
+        )
+    return made
 
 
 def _from_engine(engine: qmc.QMCEngine, n: int, d: int | None, sets: int | None) -> SampleSet:

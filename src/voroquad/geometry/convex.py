@@ -137,7 +137,8 @@ def from_half_spaces(normals: ArrayLike, offsets: ArrayLike, d: int) -> ConvexDo
     if widest.x is None or widest.x[-1] <= 0:
         raise ValueError("domain=(A, b) is empty; check the signs: the domain is all x with A x <= b")
     try:
-        corners = HalfspaceIntersection(np.column_stack([a, -b]), widest.x[:-1]).intersections
+        with np.errstate(divide="ignore", invalid="ignore"):  # corners at infinity
+            corners = HalfspaceIntersection(np.column_stack([a, -b]), widest.x[:-1]).intersections
     except QhullError:  # too few for a bounded domain
         corners = np.full((1, d), np.inf)
     if not np.isfinite(corners).all():

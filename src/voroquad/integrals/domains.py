@@ -12,6 +12,7 @@ from scipy.special import betaincinv
 
 from .._support.arrays import Array, Indices
 from .._support.checks import real_numbers
+from .._support.gammas import beta_with_half, power_of_pi_over_gamma
 from .._support.products import rows_times
 from .pieces import Part
 from .trapezoids import Trapezoid, trapezoids
@@ -21,6 +22,8 @@ SMOOTH = 3
 
 #: A simplex with a smaller share of its polytope's volume is flat up to rounding
 FLAT = 1e-14
+#: A polygon with a smaller share of the rectangle around it is a line up to rounding
+THIN = 1e-15
 #: How much of its convex hull a convex polytope may lack by rounding, and how much of its radius the border of a ball
 HOLLOW, FAR = 1e-9, 1e-8
 
@@ -161,7 +164,7 @@ class SphereSurface:
     def volume(self) -> float:
         """Length, area, …"""
         d = len(self.center)
-        return float(2 * math.pi ** (d / 2) / math.gamma(d / 2) * self.radius ** (d - 1))
+        return 2 * power_of_pi_over_gamma(d / 2, d / 2) * self.radius ** (d - 1)
 
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (d, n) and the volume element (n,) at u (d − 1, n) of the unit box."""
@@ -224,7 +227,7 @@ class Ball:
     @property
     def volume(self) -> float:
         """Length, area, volume, …"""
-        return float(math.pi ** (self.d / 2) / math.gamma(self.d / 2 + 1) * self.radius**self.d)
+        return power_of_pi_over_gamma(self.d / 2, self.d / 2 + 1) * self.radius**self.d
 
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (d, n) and the volume element (n,) at u (d, n) of the unit box."""
@@ -293,7 +296,7 @@ class Polygon:
     Raises
     ------
     ValueError
-        Fewer than three corners, sides that cross, holes that overlap or lie outside.
+        Fewer than three corners, sides that cross, holes that overlap or lie outside, no area.
 
     Notes
     -----
@@ -324,6 +327,8 @@ class Polygon:
                 f"holes must lie inside the polygon and not overlap; outside minus holes is {expected:.6g}, but the "
                 f"area within an odd number of rings {self.volume:.6g}"
             )
+        if not self.volume > THIN * np.prod(np.ptp(self.vertices, axis=0)):
+            raise ValueError("vertices, holes: the polygon has no area; move a vertex or drop a hole")
         self.trapezoids: tuple[Trapezoid, ...] = tuple(found)
 
     @property
@@ -437,7 +442,7 @@ def _directions(u: Array, uniform: bool) -> tuple[Array, Array]:
         k = d - 2 - i
         if uniform:
             angle = np.arccos(1 - 2 * betaincinv((k + 1) / 2, (k + 1) / 2, u[i]))
-            element *= math.sqrt(math.pi) * math.gamma((k + 1) / 2) / math.gamma(k / 2 + 1)
+            element *= beta_with_half((k + 1) / 2)
         else:
             angle = math.pi * u[i]
             element *= math.pi * np.sin(angle) ** k

@@ -15,7 +15,7 @@ from .diagnostics import Diagnoses, diagnosis
 from .gradients import Tape, has_gradient, joined_points
 from .kept import KeptEvaluations
 from .library import Library, to_numpy
-from .structures import Answer, Branch, Form, check_shapes, take_apart
+from .structures import Answer, Branch, Form, check_shapes, names_of, take_apart
 
 Map = Callable[..., Any]
 
@@ -237,7 +237,10 @@ def _joined(answers: list[Answer]) -> Answer:
 
 def _common(known: Form, new: Form) -> Form:
     """The form of the values so far, which those of another call must have; real ones may stand for complex ones."""
-    same = (known.branch, known.shapes) == (new.branch, new.shapes)
+    if known.branch != new.branch:
+        got = " after ".join(str(names_of(form.branch)) for form in (new, known))
+        raise ValueError(f"func must return the same keys in each call, got {got}")
+    same = known.shapes == new.shapes
     if not same or any(n and not k for k, n in zip(known.is_complex, new.is_complex, strict=True)):
         raise ValueError(
             "func must return values of the same shape and kind in each call, got "

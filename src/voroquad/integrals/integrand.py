@@ -131,6 +131,8 @@ class Integrand:
             fields = volume * values
         bad: NDArray[np.bool_] = ~np.isfinite(fields)
         if bad.any():
+            if self.empty:
+                return np.where(bad, 0.0, fields)
             if report:
                 self._report(np.asarray(bad.any(axis=0)), x)
             fields[bad] = np.nan

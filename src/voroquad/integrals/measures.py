@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -47,7 +47,7 @@ class ProductMeasure:
     Raises
     ------
     ValueError
-        No distribution, or one without these methods.
+        No distribution, one without these methods, several in one, or parameters for which there is none.
 
     Examples
     --------
@@ -71,6 +71,12 @@ class ProductMeasure:
                 raise ValueError(
                     f"distributions[{a}] = {distribution!r} lacks ppf (or icdf) and pdf; "
                     "give a frozen distribution, for example scipy.stats.norm()"
+                )
+            median = np.asarray(_inverse(distribution)(np.array([0.5])))
+            if median.shape != (1,) or not np.isfinite(median).all():
+                raise ValueError(
+                    f"distributions[{a}] must be one distribution with valid parameters, but its median is "
+                    f"{median.tolist()}"
                 )
         self.distributions: tuple[Any, ...] = distributions
 
@@ -155,14 +161,19 @@ class ProductMeasure:
         return type(self).__qualname__, self.d, self._inverse_cdf(u).tobytes()
 
     def _inverse_cdf(self, u: Array) -> Array:
-        inverses = [t.ppf if hasattr(t, "ppf") else t.icdf for t in self.distributions]
-        return np.stack([inverse(u[..., a]) for a, inverse in enumerate(inverses)], axis=-1)
+        return np.stack([_inverse(t)(u[..., a]) for a, t in enumerate(self.distributions)], axis=-1)
 
     def _checked(self, name: str, points: ArrayLike) -> Array:
         array = real_numbers(name, points)
         if array.ndim == 0 or array.shape[-1] != self.d:
             raise ValueError(f"{name} must have shape (..., {self.d}), got {array.shape}")
         return array
+
+
+def _inverse(distribution: Any) -> Callable[[Any], Any]:
+    """Its inverse distribution function."""
+    inverse: Callable[[Any], Any] = distribution.ppf if hasattr(distribution, "ppf") else distribution.icdf
+    return inverse
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from .._support.arrays import Array
+from .._support.checks import positive_int, real_numbers
 from .library import Library
 from .measures import PiecewiseUniform, ProductMeasure
 from .pieces import Part
@@ -35,8 +37,43 @@ def parts_of(a: Any, b: Any, measure: Any, loc: Any, scale: Any) -> tuple[list[P
     return [Part(region, 1.0)], library
 
 
+class OfCaller:
+    """A domain of a class of the caller's own, whose answers are checked."""
+
+    def __init__(self, place: Any):
+        name = type(place).__name__
+        lacking = [part for part in ("d", "empty", "pull_back") if not hasattr(place, part)]
+        if lacking:
+            raise ValueError(f"a: the domain {name} lacks {', '.join(lacking)}; it needs d, empty and pull_back(u)")
+        self.d, self._place, self._name = positive_int(f"a: d of the domain {name}", place.d), place, name
+
+    @property
+    def empty(self) -> bool:
+        """As it says."""
+        return bool(self._place.empty)
+
+    def pull_back(self, u: Array) -> tuple[Array, Array]:
+        """Points x (k, n) and the volume element (n,) at u (d, n)."""
+        n = u.shape[1]
+        answer = self._place.pull_back(u)
+        if not isinstance(answer, tuple | list) or len(answer) != 2:
+            raise ValueError(f"a: pull_back(u) of the domain {self._name} must return points and volume elements")
+        x, volume = (real_numbers(f"a: what pull_back(u) of the domain {self._name} returns", part) for part in answer)
+        if x.ndim != 2 or x.shape[1] != n or volume.shape != (n,):
+            raise ValueError(
+                f"a: pull_back(u) of the domain {self._name} must return points (k, {n}) and volume elements ({n},) "
+                f"for u of shape {u.shape}, got shapes {x.shape} and {volume.shape}"
+            )
+        return x, volume
+
+
 def _split(place: Any) -> list[Part]:
-    return place.parts() if hasattr(place, "parts") else [Part(place, 1.0)]
+    if isinstance(place, type):
+        raise ValueError(f"a is the class {place.__name__}; give a domain, such as vq.Ball([0, 0], radius=1)")
+    if hasattr(place, "parts"):
+        return place.parts()
+    own = type(place).__module__.startswith(__package__.partition(".")[0] + ".")
+    return [Part(place if own else OfCaller(place), 1.0)]
 
 
 def _box(a: Any, b: Any, loc: Any, scale: Any) -> tuple[Region, Library]:

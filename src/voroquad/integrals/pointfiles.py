@@ -17,6 +17,8 @@ from .._support.files import atomic_path
 from ..rules.registry import weights
 
 _EXPECTED = "expected numbers separated by commas, a point per line"
+#: The name of the last column of files with weights
+WEIGHT = "weight"
 #: Between the fields of a line: the first of these that the first line holds, else white space
 _SEPARATORS = (",", ";", "\t")
 
@@ -47,9 +49,9 @@ def weigh_file(
         The number of points, the dimension and the sum of the weights.
     """
     points = read_points(source)
-    one_set = points[None]  # rows are points, even a single one
-    (w,) = weights(one_set, order=order, debias=debias, design=design, bounds=bounds)
-    columns = [*(f"x{a + 1}" for a in range(points.shape[1])), "weight"]
+    few = len(points) < points.shape[1]  # rows are points, even a single one, and errors name the row
+    w = weights(points[None] if few else points, order=order, debias=debias, design=design, bounds=bounds).ravel()
+    columns = [*(f"x{a + 1}" for a in range(points.shape[1])), WEIGHT]
     with atomic_path(target) as temporary:
         table = np.column_stack([points, w])
         np.savetxt(temporary, table, fmt="%.17g", delimiter=",", header=",".join(columns), comments="")
@@ -61,7 +63,8 @@ def read_points(source: str | os.PathLike[str]) -> Array:
 
     Fields are separated by commas, semicolons, tabs or spaces, the same in the whole file. Empty lines and lines that
     begin with ``#`` are left out. A first line in which no field is a number is a header; it is left out too, and
-    standard error says so. Nothing else is left out.
+    standard error says so. Nothing else is left out. Files that :func:`weigh_file` wrote are refused, since their last
+    column holds no coordinates.
 
     Raises ValueError, which names line and field, for a field that is not a number and for lines of unequal length.
     """
@@ -73,6 +76,8 @@ def read_points(source: str | os.PathLike[str]) -> Array:
     lines = [(k, line) for k, line in enumerate(text.splitlines(), 1) if line.strip() and not line.startswith("#")]
     separator = next((mark for mark in _SEPARATORS if lines and mark in lines[0][1]), None)
     if lines and not any(_is_number(field) for field in _fields(lines[0][1], separator)):
+        if _fields(lines[0][1], separator)[-1] == WEIGHT:
+            raise ValueError(f"{name}: the last column is called '{WEIGHT}' and would be a coordinate; drop it")
         print(f"voroquad: {name}: line {lines[0][0]} has no number and is taken as a header", file=sys.stderr)
         del lines[0]
     if not lines:

@@ -10,7 +10,7 @@ from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 
-from .._support.checks import one_of, positive_int, thread_count
+from .._support.checks import one_of, positive_int, thread_count, truth
 from ..designs.engines import EngineFactory
 from ..designs.sampling import Rng, as_generator
 from ..rules.registry import DEBIAS
@@ -266,7 +266,7 @@ def quad(
     """
     given = {name: value for name, value in locals().items() if name in SETTINGS}
     n_points, n_estimates = positive_int("n_points", n_points), positive_int("n_estimates", n_estimates)
-    threads = thread_count(threads)
+    threads, vectorized, progress = thread_count(threads), truth("vectorized", vectorized), truth("progress", progress)
     one_of("debias", debias, DEBIAS)
     wanted = None if rtol is None and atol is None else tolerance(rtol or 0, atol or 0)
     batch = None if batch is None else positive_int("batch", batch)
@@ -324,6 +324,8 @@ def _kept_in(
     store: str | os.PathLike[str], rng: Rng, settings: dict[str, Any], wanted: Tolerance | None
 ) -> KeptEvaluations:
     """The evaluations that a store has of a call with these settings, whatever the tolerance if there is one."""
+    if not isinstance(store, str | os.PathLike):
+        raise ValueError(f"store must be a folder or another path of fsspec, such as 'runs/wing', got {store!r}")
     if rng is None:
         raise ValueError("store needs a seed, or the same call has other points; give rng (--seed), such as 1")
     names = SETTINGS if wanted is None else [name for name in SETTINGS if name not in OF_TOLERANCE]

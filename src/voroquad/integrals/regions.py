@@ -60,10 +60,13 @@ class Box:
         self._loc, self._scale = location_and_scale(loc, scale, self.a, self.b)
         ends = list(zip(self.a.tolist(), self.b.tolist(), strict=True))
         finite = [high - low for low, high in ends if math.isfinite(low) and math.isfinite(high)]
-        if not math.isfinite(math.prod(finite)):
+        volume = _product(finite)
+        if not math.isfinite(volume):
             raise ValueError("a and b: the box is too large for floating point; scale x, or take infinite limits")
+        if volume == 0 and not self.empty:
+            raise ValueError("a and b: the box is too small for floating point; scale x")
         #: The volume element of a box with finite limits
-        self._volume = self.sign * math.prod(finite) if len(finite) == len(ends) else None
+        self._volume = self.sign * volume if len(finite) == len(ends) else None
 
     @property
     def d(self) -> int:
@@ -81,6 +84,19 @@ class Box:
         a, b = self.a[:, None], self.b[:, None]
         x, jacobian = interval(u, a, b, self._loc[:, None], self._scale[:, None])
         return inside(x, a, b, self._library), self.sign * np.prod(jacobian, axis=0)
+
+
+def _product(sides: list[float]) -> float:
+    """The product of sides; only if it is itself out of range it is 0 or infinite."""
+    if not all(map(math.isfinite, sides)):
+        return math.inf
+    mantissa, power = 1.0, 0
+    for side in sides:
+        fraction, exponent = math.frexp(side)
+        mantissa, carry = math.frexp(mantissa * fraction)
+        power += exponent + carry
+    with np.errstate(over="ignore", under="ignore"):
+        return float(np.ldexp(mantissa, power))
 
 
 class WeighedBox:

@@ -190,7 +190,7 @@ class _Replicates:
         kept = []
         for net in self.nets:
             kept.append(self._values(net, 0, self.fitted))
-            self._begun.append(kept[-1].mean(axis=1))
+            self._begun.append((kept[-1] / self.fitted).sum(axis=1))  # the sum of the largest values would overflow
         _, power = np.frexp(np.max([_largest(y) for y in kept], axis=0))
         kept = [np.ldexp(y, -power[:, None]) for y in kept]
         sums = [_PartSums(len(power), self.m, self.parts) for _ in kept]

@@ -45,6 +45,13 @@ class Trial(NamedTuple):
     standard_error: Array
 
 
+def check_level(level: Any) -> float:
+    """The level of an interval, if it is one."""
+    if not isinstance(level, int | float | np.number) or not 0 < level < 1:
+        raise ValueError(f"level must be between 0 and 1, got {level!r}; 0.95 is the usual one")
+    return float(level)
+
+
 @dataclass(frozen=True)
 class QuadResult:
     """Result of :func:`quad`. It prints as a value with its uncertainty, such as 2.66613(4).
@@ -224,8 +231,7 @@ class QuadResult:
 
         Raises ValueError for a level outside (0, 1).
         """
-        if not 0 < level < 1:
-            raise ValueError(f"level must be between 0 and 1, got {level!r}; 0.95 is the usual one")
+        level = check_level(level)
         factor = float(stdtrit(self.degrees_of_freedom, (1 + level) / 2))
         low = mapped(lambda value, error: value - factor * error, self.integral, self.standard_error)
         high = mapped(lambda value, error: value + factor * error, self.integral, self.standard_error)
