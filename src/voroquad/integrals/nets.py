@@ -10,6 +10,7 @@ import numpy as np
 from .._support.arrays import Array
 from ..designs.sampling import sample
 from ..rules.fit import ROUNDING
+from ..rules.steps import of_steps
 from .estimates import Estimate, Values, of_values
 from .gradients import WeightedCalls
 from .integrand import Integrand
@@ -47,6 +48,7 @@ class NetEstimator:
         means = values.scaled.mean(axis=2)
         mean = means.mean(axis=0)
         spread = means.std(axis=0, ddof=1) / math.sqrt(sets)
+        spread = np.maximum(spread, np.sqrt(of_steps(drawn.points, values.scaled)))
         rounding = ROUNDING * self.integrand.epsilon * np.abs(values.scaled).mean(axis=(0, 2))
         error = np.sqrt(spread**2 + _of_far_values(values.scaled, mean) + rounding**2)
         warnings = () if self.integrand.empty else tuple(of_values(values.scaled))

@@ -22,6 +22,7 @@ from ..rules.nested_fits import (
     terms_of,
     truncated,
 )
+from ..rules.steps import MOST, of_steps
 from .estimates import Estimate, unresolved
 from .integrand import Integrand
 from .spread import across
@@ -313,6 +314,9 @@ class _Replicates:
         absolute, square = (np.mean(x, axis=0) for x in ([s.absolute for s in sums], [s.square for s in sums]))
         rounding = ROUNDING * self.integrand.epsilon * (absolute + np.abs(corrections).mean(axis=0))
         spread = self.scale * means.std(axis=0, ddof=1) / math.sqrt(self.count)
+        first = min(MOST, self.fitted)
+        of_nets = np.stack([net.points(0, first).T for net in self.nets])
+        spread = np.maximum(spread, np.sqrt(of_steps(of_nets, np.stack([y[:, :first] for y in kept]), self.m)))
         empty = self.integrand.empty
         tails = [[y[field] for y in kept] for field in range(len(power))]
         warnings = [] if empty else unresolved(samples * absolute, samples * square, square == 0, samples, tails)

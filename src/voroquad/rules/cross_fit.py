@@ -13,6 +13,7 @@ from .boxes import Boxes, BoxFits, samples_of_a_fit
 from .faces import of_replicates
 from .fit import CrossFit
 from .method import Method
+from .steps import of_steps
 
 #: Factor of the standard error of the mean of the Î_r. They are not independent, since they share samples, and four of
 #: them rarely meet a peak. Chosen like :data:`voroquad.rules.strata_fits.ERROR_SCALE`, by
@@ -69,5 +70,7 @@ def replicate_shares(points: Array, method: Method, threads: int) -> Array:
 def fit_replicates(samples: SampleSet, method: Method, threads: int, values: Array | None = None) -> CrossFit:
     """Cross-fit of replicates; the mean over the sets of Σ_i w f is the mean of the Î_r."""
     shares = replicate_shares(samples.points, method, threads)
-    least = None if values is None else np.sqrt(of_replicates(samples.points, values))
-    return CrossFit(shares.sum(axis=0), shares, ERROR_SCALE, least)
+    if values is None:
+        return CrossFit(shares.sum(axis=0), shares, ERROR_SCALE)
+    powers, steps = (np.sqrt(of(samples.points, values)) for of in (of_replicates, of_steps))
+    return CrossFit(shares.sum(axis=0), shares, ERROR_SCALE, powers, steps)

@@ -111,11 +111,14 @@ class CrossFit(Fit):
         Ratio of the standard error of the mean of the estimates to that of independent estimates.
     powers : ndarray, (fields,), or None
         Standard errors that powers at the faces make, as :func:`voroquad.rules.faces.of_replicates` finds them.
+    steps : ndarray, (fields,), or None
+        The least standard errors, which steps along the axes make (:func:`voroquad.rules.steps.of_steps`).
     """
 
     shares: Array
     error_scale: float
     powers: Array | None = None
+    steps: Array | None = None
 
     def estimates(self, values: Array, epsilon: float = EPSILON) -> tuple[Array, Array]:
         """As for any fit, where each estimate is a sum over the samples of all replicates."""
@@ -130,6 +133,8 @@ class CrossFit(Fit):
         unless the spread is so small that they cannot be what it seems.
         """
         error, freedom = spread(estimates, self.error_scale)
+        if self.steps is not None:
+            error = np.maximum(error, self.steps)
         if self.powers is None:
             return error, freedom
         least = np.where(SEEN * self.powers <= error, self.powers, 0) * (NORMAL / stdtrit(freedom, LEVEL))
