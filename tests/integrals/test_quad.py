@@ -344,43 +344,6 @@ def test_tells_what_to_write_in_place_of_scipys_arguments(name, message):
         vq.quad(lambda x: x[0], 0, 1, **{name: 1})
 
 
-class Alternating:
-    """A function whose dicts have one key and then another."""
-
-    def __init__(self, *keys):
-        self._keys = iter(keys * 100)
-
-    def __call__(self, x):
-        return {next(self._keys): x[0]}
-
-
-@pytest.mark.parametrize("sides", [[1e-200, 1e-200, 1e200, 1e200], [1e200, 1e200, 1e-200, 1e-200], [1e-320, 1e308]])
-def test_only_the_volume_itself_has_to_be_a_floating_point_number(sides):
-    r = vq.quad(lambda x: np.ones(x.shape[1]), [0] * len(sides), sides, n_points=16, rng=1)
-    assert r.success
-    assert r.integral == pytest.approx(math.exp(sum(map(math.log, sides))), rel=1e-3)
-
-
-def test_an_empty_interval_is_0_where_func_is_not_finite():
-    with np.errstate(all="ignore"):
-        r = vq.quad(lambda x: x[1] / 0.0, [0, 1], [1, 1], n_points=16, rng=1)
-    assert (r.integral, r.standard_error, r.success) == (0, 0, True)
-
-
-@pytest.mark.parametrize("rng", ["a", 1.5, np.random])
-def test_what_is_no_seed_is_named(rng):
-    for call in (lambda: vq.quad(np.sum, 0, 1, rng=rng), lambda: vq.sample("uniform", n=4, d=2, rng=rng)):
-        with pytest.raises(TypeError, match=r"rng must be a whole number, a numpy.random.Generator or None, got"):
-            call()
-
-
-@pytest.mark.parametrize("level", [0, 1, 95, "0.95", None, math.nan])
-def test_what_is_no_level_is_named(level):
-    r = vq.quad(lambda x: x[0], 0, 1, n_points=16, rng=1)
-    with pytest.raises(ValueError, match=r"level must be between 0 and 1, got .*; 0.95 is the usual one"):
-        r.confidence_interval(level)
-
-
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
@@ -406,7 +369,6 @@ def test_what_is_no_level_is_named(level):
         ({"progress": "yes"}, "progress must be True or False, got 'yes'"),
         ({"store": 3}, "store must be a folder or another path of fsspec, such as 'runs/wing', got 3"),
         ({"sampler": lambda d, rng: 3}, "sampler must make an engine of scipy.stats.qmc from .* got 3"),
-        ({"func": Alternating("energy", "norm"), "batch": 8}, r"same keys in each call, got \[\"\['norm'\]\"\] after"),
         ({"rng": -1}, "rng: a seed must be at least 0, got -1"),
         ({"sampler": qmc.Sobol(1)}, r"pass the class, sampler=qmc.Sobol, or with options functools.partial"),
         ({"sampler": "orthogonal", "n_points": 8}, "at least n = 4 samples in d = 1, .* at most 2; raise n_points"),

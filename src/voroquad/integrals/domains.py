@@ -15,15 +15,13 @@ from .._support.checks import real_numbers
 from .._support.gammas import beta_with_half, power_of_pi_over_gamma
 from .._support.products import rows_times
 from .pieces import Part
-from .trapezoids import Trapezoid, trapezoids
+from .trapezoids import trapezoids
 
 #: Up to this dimension of the box maps are smooth, above it points are uniform (benchmarks/domain_maps.py).
 SMOOTH = 3
 
-#: A simplex with a smaller share of its polytope's volume is flat up to rounding
-FLAT = 1e-14
-#: A polygon with a smaller share of the rectangle around it is a line up to rounding
-THIN = 1e-15
+#: A simplex with a smaller share of its polytope's volume, or a polygon of the rectangle around it, is flat by rounding
+FLAT, THIN = 1e-14, 1e-15
 #: How much of its convex hull a convex polytope may lack by rounding, and how much of its radius the border of a ball
 HOLLOW, FAR = 1e-9, 1e-8
 
@@ -163,8 +161,7 @@ class SphereSurface:
     @property
     def volume(self) -> float:
         """Length, area, …"""
-        d = len(self.center)
-        return 2 * power_of_pi_over_gamma(d / 2, d / 2) * self.radius ** (d - 1)
+        return 2 * power_of_pi_over_gamma((self.d + 1) / 2, (self.d + 1) / 2) * self.radius**self.d
 
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (d, n) and the volume element (n,) at u (d − 1, n) of the unit box."""
@@ -319,8 +316,8 @@ class Polygon:
     def __init__(self, vertices: ArrayLike, holes: Any = ()):
         self.vertices = _ring("vertices", vertices)
         self.holes = tuple(_ring(f"holes[{i}]", hole) for i, hole in enumerate(holes))
-        found = trapezoids([self.vertices, *self.holes])
-        self.volume = math.fsum(t.volume for t in found)
+        self.trapezoids = tuple(trapezoids([self.vertices, *self.holes]))
+        self.volume = math.fsum(t.volume for t in self.trapezoids)
         expected = _area(self.vertices) - math.fsum(_area(hole) for hole in self.holes)
         if abs(self.volume - expected) > 1e-9 * _area(self.vertices):
             raise ValueError(
@@ -329,7 +326,6 @@ class Polygon:
             )
         if not self.volume > THIN * np.prod(np.ptp(self.vertices, axis=0)):
             raise ValueError("vertices, holes: the polygon has no area; move a vertex or drop a hole")
-        self.trapezoids: tuple[Trapezoid, ...] = tuple(found)
 
     @property
     def __geo_interface__(self) -> dict[str, Any]:
@@ -372,8 +368,7 @@ class Polytope:
     """
 
     def __init__(self, vertices: ArrayLike, simplices: ArrayLike | None = None):
-        self.vertices = _points("vertices", vertices)
-        d = self.vertices.shape[1]
+        self.vertices, d = (points := _points("vertices", vertices)), points.shape[1]
         if simplices is None:
             try:
                 corners = self.vertices[Delaunay(self.vertices).simplices]
