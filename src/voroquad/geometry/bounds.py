@@ -47,11 +47,12 @@ class Bounds:
             self.volume = float(np.prod(length))
         if not (np.isfinite(length).all() and np.finfo(float).tiny <= self.volume < math.inf):
             raise ValueError(f"bounds {self.sides.tolist()}: the volume is not a normal number; change the unit")
-        if length.max() > MOST_SLENDER * length.min():
+        if length.max() / MOST_SLENDER > length.min():
             raise ValueError(
                 f"bounds {self.sides.tolist()}: the longest side must be at most {MOST_SLENDER:g} times the shortest"
             )
-        far = ((low > 0) & (high <= 2 * low)) | ((high < 0) & (low >= 2 * high))  # where x − low is exact
+        with np.errstate(over="ignore"):
+            far = ((low > 0) & (high <= 2 * low)) | ((high < 0) & (low >= 2 * high))  # where x − low is exact
         self._offset = np.where(far, low, 0.0)
         self._exponent = math.frexp(length.max())[1] - 1
         self._core_sides = np.ascontiguousarray(self._scaled(self.sides.T).T)
@@ -154,7 +155,8 @@ class Bounds:
 
     def _refuse_outside(self, points: Array, dtype: np.dtype[Any], name: str) -> None:
         # A bounded axis ends at a number of the points' type; computing x mod period rounds as well
-        rounding = np.abs(self.sides.astype(dtype).astype(np.float64) - self.sides).max(axis=1)
+        with np.errstate(over="ignore", under="ignore"):  # beyond the range of the type all its numbers are inside
+            rounding = np.abs(self.sides.astype(dtype).astype(np.float64) - self.sides).max(axis=1)
         slack = np.where(self.periodic, np.finfo(dtype).eps * np.abs(self.sides).max(axis=1), rounding)
         low, high = self.sides.T
         refuse_outside(name, points, low, high, self._remedy(), slack=slack)

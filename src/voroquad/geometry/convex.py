@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,10 @@ FLAT = 1e-12
 ROUNDINGS = 16
 #: How far outside, relative to the largest coordinate, a point may stay: measures do not depend on it to 1e-15
 UNSEEN = 1e-15
+#: Exponents of two up to which offsets need no other unit: linear programs have tolerances and an infinity of their own
+ORDINARY = 20
+#: The largest coordinate of a vertex: sums stay finite
+LARGEST = 1e300
 
 
 class ConvexDomain(Bounds):
@@ -126,10 +131,19 @@ def from_half_spaces(normals: ArrayLike, offsets: ArrayLike, d: int) -> ConvexDo
             f"domain=(A, b) has shapes {a.shape} and {b.shape}; the half-spaces A x <= b need (m, {d}) and (m,), "
             "with d = 2 or 3"
         )
-    length = np.linalg.norm(a, axis=1)
-    if not (np.isfinite(a).all() and np.isfinite(b).all() and length.all()):
+    if not (np.isfinite(a).all() and np.isfinite(b).all() and a.any(axis=1).all()):
         raise ValueError("domain=(A, b): each half-space needs a finite normal that is not 0, and a finite offset")
-    a, b = a / length[:, None], b / length
+    exponent = np.frexp(np.abs(a).max(axis=1))[1]
+    a = np.ldexp(a, -exponent[:, None])
+    length = np.linalg.norm(a, axis=1)
+    with np.errstate(over="ignore", under="ignore"):
+        a, b = a / length[:, None], np.ldexp(b, -exponent) / length
+    if not np.isfinite(b).all():
+        raise ValueError("domain=(A, b): the distance of a half-space from the origin is not finite; change the unit")
+    unit = math.frexp(float(np.abs(b).max(initial=0.0)))[1]
+    if abs(unit) <= ORDINARY:
+        unit = 0
+    b = np.ldexp(b, -unit)
     # The middle of the largest ball that fits in
     widest = linprog([0.0] * d + [-1.0], A_ub=np.column_stack([a, np.ones(len(a))]), b_ub=b, bounds=(None, None))
     if widest.status == 3:
@@ -144,13 +158,15 @@ def from_half_spaces(normals: ArrayLike, offsets: ArrayLike, d: int) -> ConvexDo
     if not np.isfinite(corners).all():
         raise ValueError("domain=(A, b) is not bounded; add half-spaces")
     _refuse_flat(corners)
-    return ConvexDomain(corners, np.column_stack([a, b]))
+    return ConvexDomain(np.ldexp(corners, unit), np.column_stack([a, np.ldexp(b, unit)]))
 
 
 def _refuse_flat(vertices: Array) -> None:
     d = vertices.shape[1]
     if not np.isfinite(vertices).all():
         raise ValueError("domain has vertices that are not finite; drop them")
+    if np.abs(vertices).max() > LARGEST:
+        raise ValueError(f"domain has coordinates beyond {LARGEST:g}; change the unit")
     try:
         extent = np.ptp(vertices, axis=0).max()
         flat = len(vertices) <= d or ConvexHull((vertices - vertices.mean(axis=0)) / extent).volume < FLAT

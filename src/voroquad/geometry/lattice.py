@@ -16,6 +16,8 @@ from .bounds import type_of
 
 #: The longest reduced vector over the smallest distance of opposite faces, at most: beyond, images are too many
 MOST_SLENDER = 1e3
+#: The largest coordinate of a vector is at most this, and at least its inverse, so that volumes stay in range
+LARGEST = 1e90
 #: How many periods from the origin a place may lie, times the epsilon of its type: about three digits are left there
 FARTHEST = 2.0**-10
 
@@ -67,6 +69,12 @@ class Lattice:
         if given.shape not in ((1, 1), (2, 2), (3, 3)):
             raise ValueError(
                 f"cell has shape {given.shape}; give d = 1, 2 or 3 lattice vectors, one in each row (d, d)"
+            )
+        largest = np.abs(given).max(axis=1)
+        if np.isfinite(largest).all() and largest.all() and not (np.abs(np.log(largest)) <= np.log(LARGEST)).all():
+            raise ValueError(
+                f"cell {given.tolist()}: the largest coordinate of each vector must be between {1 / LARGEST:g} and "
+                f"{LARGEST:g}; change the unit"
             )
         length = np.linalg.norm(given, axis=1)
         if not (np.isfinite(given).all() and length.all() and abs(np.linalg.det(given / length[:, None])) > 1e-12):

@@ -26,6 +26,8 @@ Region: TypeAlias = "shapely.Polygon | shapely.MultiPolygon"
 ON_BORDER = 1e-14
 #: A shared face smaller than this part of the perimeter of either cell is none
 SMALL = 1e-12
+#: The largest coordinate of a polygon, at most, and of its larger extent at least the inverse
+LARGEST = 1e70
 
 
 def is_region(domain: Any) -> bool:
@@ -49,7 +51,15 @@ def region_of(domain: Any) -> Region:
     _refuse_invalid(region)
     if region.geom_type not in ("Polygon", "MultiPolygon") or region.area == 0:
         raise ValueError(f"domain is a {region.geom_type} of area {region.area:g}; give a polygon or a multipolygon")
+    _refuse_out_of_range(region)
     return region
+
+
+def _refuse_out_of_range(region: Region) -> None:
+    """GEOS multiplies coordinates, and forms squares of such products."""
+    west, south, east, north = region.bounds
+    if max(map(abs, region.bounds)) > LARGEST or max(east - west, north - south) < 1 / LARGEST:
+        raise ValueError(f"domain has coordinates beyond {LARGEST:g}, or sides below {1 / LARGEST:g}; change the unit")
 
 
 def _refuse_invalid(geometry: shapely.Geometry) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
-from scipy.spatial import ConvexHull, KDTree
+from scipy.spatial import ConvexHull, KDTree, QhullError
 
 from .._support.arrays import Array, Integers
 
@@ -96,7 +96,10 @@ def _pulled(group: Integers, places: Array) -> Integers:
     """
     if places.shape[1] == 2:
         return group[_fan(_around(places))]
-    hull = ConvexHull((places - places.mean(axis=0)) / np.ptp(places, axis=0).max())
+    try:
+        hull = ConvexHull((places - places.mean(axis=0)) / np.ptp(places, axis=0).max())
+    except QhullError:  # in one plane up to rounding, in a box that is thinner than points are told apart
+        return np.empty((0, 4, group.shape[1]), dtype=group.dtype)
     ways = np.column_stack([np.repeat(np.arange(len(hull.simplices)), 3), hull.neighbors.ravel()])
     flat = np.abs(hull.equations[ways[:, 0]] - hull.equations[ways[:, 1]]).max(axis=1) < 1e-6
     facet_of = _components(len(hull.simplices), ways[flat])

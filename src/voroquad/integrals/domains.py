@@ -10,10 +10,20 @@ from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, Delaunay, QhullError
 from scipy.special import betaincinv
 
-from .._support.arrays import Array, Indices
+from .._support.arrays import Array
 from .._support.checks import real_numbers
 from .._support.gammas import beta_with_half, power_of_pi_over_gamma
 from .._support.products import rows_times
+from .corners import (
+    area,
+    near_one,
+    neighbours_on_line,
+    numbers_of_corners,
+    points,
+    refuse_out_of_range,
+    ring,
+    scaled_volume,
+)
 from .pieces import Part
 from .trapezoids import trapezoids
 
@@ -24,6 +34,8 @@ SMOOTH = 3
 FLAT, THIN = 1e-14, 1e-15
 #: How much of its convex hull a convex polytope may lack by rounding, and how much of its radius the border of a ball
 HOLLOW, FAR = 1e-9, 1e-8
+#: What a power of a radius is below: no area of a unit sphere, nor volume element of a map to it, is above 2^6
+LARGEST_POWER = 2.0**1018
 
 
 class Simplex:
@@ -58,17 +70,19 @@ class Simplex:
     empty = False
 
     def __init__(self, vertices: ArrayLike):
-        self.vertices = _points("vertices", vertices)
+        self.vertices = points("vertices", vertices)
         k, d = len(self.vertices) - 1, self.vertices.shape[1]
         if not 1 <= k <= d:
             raise ValueError(f"vertices must be 2 to {d + 1} points of R^{d}, got {k + 1}")
-        edges = np.diff(self.vertices, axis=0)
-        volume = math.sqrt(max(0.0, np.linalg.det(edges @ edges.T))) / math.factorial(k)
+        scaled, exponent = near_one(self.vertices)
+        edges, to_edges = near_one(np.diff(scaled, axis=0))
+        # The product of the edges' heights over those before. The determinant of edges·edgesᵀ has half the digits.
+        volume = float(np.abs(np.diag(np.linalg.qr(edges.T)[1])).prod()) / math.factorial(k)
         sizes = np.linalg.norm(edges, axis=1)
         if not volume > 1e-15 * np.prod(sizes):
             raise ValueError(f"vertices must span {k} dimensions, got {self.vertices.tolist()}; move or drop a vertex")
-        self.volume = float(volume)
-        self._edges, self._powers = edges, np.arange(k - 1, -1, -1.0)
+        self.volume = scaled_volume("vertices", volume, k * (exponent + to_edges), self.vertices.tolist())
+        self._edges, self._powers = np.diff(self.vertices, axis=0), np.arange(k - 1, -1, -1.0)
 
     def for_cells(self) -> dict[str, Any]:
         """The arguments of :func:`voroquad.cells` for this domain."""
@@ -314,12 +328,13 @@ class Polygon:
     """
 
     def __init__(self, vertices: ArrayLike, holes: Any = ()):
-        self.vertices = _ring("vertices", vertices)
-        self.holes = tuple(_ring(f"holes[{i}]", hole) for i, hole in enumerate(holes))
+        self.vertices = ring("vertices", vertices)
+        self.holes = tuple(ring(f"holes[{i}]", hole) for i, hole in enumerate(holes))
+        refuse_out_of_range("vertices", self.vertices)
         self.trapezoids = tuple(trapezoids([self.vertices, *self.holes]))
         self.volume = math.fsum(t.volume for t in self.trapezoids)
-        expected = _area(self.vertices) - math.fsum(_area(hole) for hole in self.holes)
-        if abs(self.volume - expected) > 1e-9 * _area(self.vertices):
+        expected = area(self.vertices) - math.fsum(area(hole) for hole in self.holes)
+        if abs(self.volume - expected) > 1e-9 * area(self.vertices):
             raise ValueError(
                 f"holes must lie inside the polygon and not overlap; outside minus holes is {expected:.6g}, but the "
                 f"area within an odd number of rings {self.volume:.6g}"
@@ -368,17 +383,20 @@ class Polytope:
     """
 
     def __init__(self, vertices: ArrayLike, simplices: ArrayLike | None = None):
-        self.vertices, d = (points := _points("vertices", vertices)), points.shape[1]
+        self.vertices = points("vertices", vertices)
+        d = self.vertices.shape[1]
         if simplices is None:
+            scaled = near_one(self.vertices)[0]
             try:
-                corners = self.vertices[Delaunay(self.vertices).simplices]
+                found = neighbours_on_line(scaled) if d == 1 else Delaunay(scaled).simplices
             except (QhullError, ValueError) as error:
                 raise ValueError(f"vertices must be {d + 1} points or more that span {d} dimensions") from error
-            volumes = np.abs(np.linalg.det(np.diff(corners, axis=1)))
-            corners = corners[volumes > FLAT * volumes.sum()]
+            volumes = np.abs(np.linalg.det(np.diff(scaled[found], axis=1)))
+            corners = self.vertices[found[volumes > FLAT * volumes.sum()]]
         else:
-            corners = self.vertices[_numbers_of_corners(simplices, self.vertices)]
+            corners = self.vertices[numbers_of_corners(simplices, self.vertices)]
         self.simplices = tuple(Simplex(c) for c in corners)
+        refuse_out_of_range("vertices", self.vertices)
         self.volume = math.fsum(s.volume for s in self.simplices)
 
     @property
@@ -392,8 +410,9 @@ class Polytope:
         if self.d == 1:
             hull_volume, arguments = float(np.ptp(corners)), {"bounds": corners[[0, -1], 0]}
         else:
-            hull = ConvexHull(corners)
-            hull_volume, arguments = float(hull.volume), {"domain": corners[hull.vertices]}
+            scaled, exponent = near_one(corners)
+            hull = ConvexHull(scaled)
+            hull_volume, arguments = math.ldexp(hull.volume, self.d * exponent), {"domain": corners[hull.vertices]}
         if abs(hull_volume - self.volume) > HOLLOW * hull_volume:
             raise ValueError(
                 f"domain is a Polytope of volume {self.volume:.6g}, its convex hull has {hull_volume:.6g}; cells need "
@@ -447,30 +466,6 @@ def _directions(u: Array, uniform: bool) -> tuple[Array, Array]:
     return x, element
 
 
-def _points(name: str, given: ArrayLike) -> Array:
-    points = real_numbers(name, given)
-    if points.ndim != 2 or points.size == 0 or not np.isfinite(points).all():
-        raise ValueError(f"{name} must be finite points (m, d), got shape {points.shape}")
-    return points
-
-
-def _ring(name: str, given: ArrayLike) -> Array:
-    """Corners (m, 2) of a polygon; the first is not repeated at the end."""
-    ring = _points(name, given)
-    if ring.shape[1] != 2:
-        raise ValueError(f"{name} must be points of the plane (m, 2), got shape {ring.shape}")
-    ring = ring[(ring != np.roll(ring, 1, axis=0)).any(axis=1)]
-    if len(ring) < 3:
-        raise ValueError(f"{name} must have three corners or more that differ, got {len(ring)}")
-    return ring
-
-
-def _area(ring: Array) -> float:
-    """Area within a ring."""
-    x, y = (ring - ring[0]).T
-    return abs(float(x @ np.roll(y, -1) - y @ np.roll(x, -1))) / 2
-
-
 def _center(given: ArrayLike, least: int) -> Array:
     center = real_numbers("center", given)
     if center.ndim != 1 or center.size < least or not np.isfinite(center).all():
@@ -484,17 +479,6 @@ def _radius(given: float, d: int) -> float:
         raise ValueError(f"radius must be a positive number, got {given!r}")
     with np.errstate(over="ignore", under="ignore"):
         power = float(radius**d)
-    if not 0 < power < math.inf:
+    if not 0 < power < LARGEST_POWER:
         raise ValueError(f"radius must have a {d}-th power that is a positive number, got {given!r}; take other units")
     return float(radius)
-
-
-def _numbers_of_corners(given: ArrayLike, vertices: Array) -> Indices:
-    """Numbers of corners (k, d + 1)."""
-    m, d = vertices.shape
-    corners = np.asarray(given)
-    if corners.ndim != 2 or corners.shape[1] != d + 1 or corners.size == 0 or corners.dtype.kind not in "iu":
-        raise ValueError(f"simplices must be whole numbers (k, {d + 1}), got {corners.dtype} of shape {corners.shape}")
-    if corners.min() < 0 or corners.max() >= m:
-        raise ValueError(f"simplices must be numbers from 0 to {m - 1}, got {corners.min()} to {corners.max()}")
-    return corners.astype(np.intp)

@@ -63,8 +63,8 @@ class Box:
         volume = _product(finite)
         if not math.isfinite(volume):
             raise ValueError("a and b: the box is too large for floating point; scale x, or take infinite limits")
-        if volume == 0 and not self.empty:
-            raise ValueError("a and b: the box is too small for floating point; scale x")
+        if not self.empty and volume < np.finfo(float).tiny:
+            raise ValueError("a and b: the volume of the box is too small for floating point; scale x")
         #: The volume element of a box with finite limits
         self._volume = self.sign * volume if len(finite) == len(ends) else None
 
