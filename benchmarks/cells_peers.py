@@ -1,13 +1,20 @@
 """Time of cell measures beside peers, on the same points in the same run.
 
     pip install -e '.[bench]' geogram; apt-get install voro++-dev libcgal-dev   (and a C++ compiler; cargo for Rust)
-    python benchmarks/cells_peers.py                          (10 minutes; peers that are not there are left out)
+    python benchmarks/cells_peers.py                          (15 minutes; peers that are not there are left out)
+    python benchmarks/cells_peers.py cells_threads            (one of cells_peers, cells_threads, cells_curves)
 
 Writes benchmarks/results/cells_peers.csv: nanoseconds per point, the least of three interleaved runs, of fifteen where
-one takes less than two seconds, on one thread and of CPU time; where the number of threads is named, of wall time on a
-machine that does nothing else. SciPy's columns, delaunator, spade, CGAL and geogram are the diagram or the
-triangulation alone, without measures and without the border. All measures that a peer returns are compared with
-voroquad's.
+one takes less than two seconds, on one thread and of CPU time. SciPy's columns, delaunator, spade, CGAL and geogram are
+the diagram or the triangulation alone, without measures and without the border. All measures that a peer returns are
+compared with voroquad's.
+
+cells_threads.csv has wall times on a machine that does nothing else: of one thread, of two, and of two processes, each
+with points of its own on one thread, which share nothing but the processor and its memory. Two processes are what the
+hardware allows, and their time per point counts the points of both.
+
+cells_curves.csv has points on circles, spheres, and tilted lines and planes; peers get the smaller sets only. SciPy
+moves the points a little (QJ), since Qhull refuses those of a line.
 
 Programs in C++ are compiled with CPP_FLAGS, those in Rust with RUST_FLAGS and link-time optimization.
 `--only WORD` runs the cases whose name contains the word, and writes no file.
@@ -18,6 +25,7 @@ from __future__ import annotations
 import argparse
 import csv
 import importlib.util
+import multiprocessing
 import os
 import platform
 import shutil
@@ -26,8 +34,9 @@ import tempfile
 import time
 from collections.abc import Callable
 from importlib.metadata import version
+from multiprocessing.synchronize import Barrier
 from pathlib import Path
-from typing import TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 from scipy.spatial import Delaunay, Voronoi
@@ -43,6 +52,8 @@ PACKAGES = ("voroquad", "numpy", "scipy", "pyvoro2", "freud-analysis")
 
 Result = TypeVar("Result")
 Program = Callable[[np.ndarray], float]  # points (n, d) or (sets, n, d): seconds
+Case = tuple[str, np.ndarray, dict[str, Program | None]]
+FEW = 10**4  # points on curves that peers get
 
 
 def timed(call: Callable[[], Result]) -> tuple[Result, float]:
@@ -79,6 +90,23 @@ def cantor(n: int, d: int) -> np.ndarray:
     return (2 * digits / 3.0 ** np.arange(1, 31)).sum(axis=-1)
 
 
+def circle(n: int, d: int) -> np.ndarray:
+    """Points on a circle or sphere, rounded."""
+    ways = np.random.default_rng(1).normal(size=(n, d))
+    return 0.5 + 0.3 * ways / np.linalg.norm(ways, axis=1, keepdims=True)
+
+
+def line(n: int, d: int) -> np.ndarray:
+    """Points on a tilted line, rounded."""
+    return 0.1 + 0.8 * uniform(n, 1) * np.array([1.0, 0.61, 0.37])[:d]
+
+
+def plane(n: int, d: int) -> np.ndarray:
+    """Points on a tilted plane, rounded."""
+    u = uniform(n, 2)
+    return 0.1 + 0.4 * np.column_stack([u, u @ np.array([0.7, 0.3])])
+
+
 # ---------------------------------------------------------------------- programs
 
 
@@ -105,6 +133,30 @@ def on_threads(threads: int) -> Program:
         start = time.perf_counter()
         vq.cells(points, threads=threads).measures  # noqa: B018
         return time.perf_counter() - start
+
+    return run
+
+
+def in_processes(processes: int) -> Program:
+    """The same in processes at once, each on one thread: seconds until all end, over their number."""
+
+    def measure(points: np.ndarray, start: Barrier, spans: Any) -> None:
+        vq.cells(points, threads=1).measures  # noqa: B018  # memory is fetched from the system as in later runs
+        start.wait()
+        begin = time.perf_counter()  # one clock for all
+        vq.cells(points, threads=1).measures  # noqa: B018
+        spans.put((begin, time.perf_counter()))
+
+    def run(points: np.ndarray) -> float:
+        context = multiprocessing.get_context("fork")
+        start, spans = context.Barrier(processes), context.SimpleQueue()
+        workers = [context.Process(target=measure, args=(points, start, spans)) for _ in range(processes)]
+        for worker in workers:
+            worker.start()
+        begins, ends = zip(*(spans.get() for _ in workers), strict=True)
+        for worker in workers:
+            worker.join()
+        return (max(ends) - min(begins)) / processes
 
     return run
 
@@ -168,8 +220,11 @@ def voropp(folder: Path) -> Program | None:
     return run
 
 
-def triangulation(name: str, folder: Path, *command: object) -> Program:
-    """A program that prints seconds and the number of triangles or tetrahedra of a file of points."""
+def triangulation(name: str, folder: Path, *command: object, in_any_place: bool = False) -> Program:
+    """A program that prints seconds and the number of triangles or tetrahedra of a file of points.
+
+    The number is checked, except for points that may lie in any place, such as on a line.
+    """
 
     def run(points: np.ndarray) -> float:
         n, d = points.shape
@@ -178,7 +233,7 @@ def triangulation(name: str, folder: Path, *command: object) -> Program:
         seconds, simplices = output_of(*command, source).split()
         # In the plane almost two for each point; in space 6.77 of uniform points away from the border
         least, most = (1.95 * n, 2 * n) if d == 2 else (6 * n, 7 * n)
-        if not least < int(simplices) < most:
+        if not (in_any_place or least < int(simplices) < most):
             raise SystemExit(f"{name} made {simplices} simplices of {n} points")
         return float(seconds)
 
@@ -191,10 +246,11 @@ def triangulating_crate(name: str, folder: Path) -> Program | None:
     return triangulation(name, folder, program) if program else None
 
 
-def cgal(folder: Path) -> dict[int, Program]:
+def cgal(folder: Path, in_any_place: bool = False) -> dict[int, Program]:
     """Delaunay triangulation by CGAL, by dimension."""
     program = compiled("cgal", folder, "-lgmp", "-lmpfr")
-    return {d: triangulation("CGAL", folder, program, d) for d in (2, 3)} if program else {}
+    dimensions = (2, 3) if program else ()
+    return {d: triangulation("CGAL", folder, program, d, in_any_place=in_any_place) for d in dimensions}
 
 
 def geogram(folder: Path) -> dict[int, Program]:
@@ -249,7 +305,48 @@ STRUCTURE: dict[int, dict[str, Program | None]] = {
 }
 
 
-def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]]]:
+def on_two_threads(folder: Path) -> list[Case]:
+    """What two threads gain, beside two processes."""
+    programs: dict[str, Program | None] = {
+        "voroquad, 1 thread": on_threads(1),
+        "voroquad, 2 threads": on_threads(2),
+        "voroquad, 2 processes": in_processes(2),
+    }
+    return [
+        ("2-D uniform", uniform(10**6, 2), programs),
+        ("2-D 4096 sets of 64", uniform(4096 * 64, 2).reshape(4096, 64, 2), programs),
+        ("3-D uniform", uniform(10**5, 3), programs),
+    ]
+
+
+def on_curves(folder: Path) -> list[Case]:
+    """Points on circles, spheres, lines and planes; by peers as many as they take in some seconds."""
+    by_cgal = cgal(folder, in_any_place=True)
+    alone: dict[str, Program | None] = {"voroquad": voroquad}
+    in_plane: dict[str, Program | None] = {
+        "voroquad": voroquad,
+        "scipy Voronoi": lambda x: cpu_seconds(lambda: Voronoi(x, qhull_options="Qbb Qc Qz QJ")),
+        "CGAL Delaunay": by_cgal.get(2),
+    }
+    in_space: dict[str, Program | None] = {
+        "voroquad": voroquad,
+        "voro++": voropp(folder),
+        "CGAL Delaunay": by_cgal.get(3),
+    }
+    shapes = [("circle", circle, 2, in_plane), ("tilted line", line, 2, in_plane)]
+    shapes += [
+        ("sphere", circle, 3, in_space),
+        ("tilted line", line, 3, in_space),
+        ("tilted plane", plane, 3, in_space),
+    ]
+    return [
+        (f"{d}-D {name}", draw(n, d), beside if n == FEW else alone)
+        for name, draw, d, beside in shapes
+        for n in (FEW, 4 * FEW)
+    ]
+
+
+def cases(folder: Path) -> list[Case]:
     """Names, points and programs; the first program is what the others are compared with."""
     by_cgal, by_geogram = cgal(folder), geogram(folder)
     alone: dict[str, Program | None] = {"voroquad": voroquad}
@@ -261,7 +358,6 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         "voroquad": voroquad_torus,
         "freud": freud if importlib.util.find_spec("freud") else None,
     }
-    threads: dict[str, Program | None] = {"voroquad, 1 thread": on_threads(1), "voroquad, 2 threads": on_threads(2)}
     pyvoro = pyvoro2 if importlib.util.find_spec("pyvoro2") else None
     in_plane: dict[str, Program | None] = {
         "voroquad": voroquad,
@@ -293,15 +389,12 @@ def cases(folder: Path) -> list[tuple[str, np.ndarray, dict[str, Program | None]
         ("2-D uniform", uniform(10**5, 2), in_plane),
         ("2-D uniform", uniform(10**6, 2), in_plane),
         ("2-D uniform", uniform(10**7, 2), alone),
-        ("2-D uniform", uniform(10**6, 2), threads),
         ("2-D uniform, box", uniform(10**6, 2), boxes),
         ("2-D Gaussian, sigma 1e-4", gaussian(10**5, 2), beside_uniform),
         ("2-D Cantor set", cantor(10**5, 2), beside_uniform),
         ("2-D 4096 sets of 64", small_sets, alone),
-        ("2-D 4096 sets of 64", small_sets, threads),
         ("3-D uniform", uniform(10**5, 3), in_space),
         ("3-D uniform", uniform(10**6, 3), alone),
-        ("3-D uniform", uniform(10**5, 3), threads),
         ("2-D structure", uniform(10**5, 2), STRUCTURE[2]),
         ("3-D structure", uniform(10**5, 3), STRUCTURE[3]),
         ("3-D uniform, torus", uniform(10**5, 3), torus),
@@ -319,35 +412,50 @@ def machine() -> str:
     return next((line.split(":")[1].strip() for line in lines if line.startswith("model name")), platform.machine())
 
 
+#: The files, and what they have
+FILES: dict[str, Callable[[Path], list[Case]]] = {
+    "cells_peers": cases,
+    "cells_threads": on_two_threads,
+    "cells_curves": on_curves,
+}
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("files", nargs="*", choices=[*FILES, []], help="what to measure; all by default")
     parser.add_argument("--only", default="", help="cases whose name contains this; writes no file")
-    only = parser.parse_args().only
-    rows: list[list[object]] = []
+    arguments = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
-        for name, points, programs in cases(Path(folder)):
-            if only not in name:
-                continue
-            present = {program: run for program, run in programs.items() if run}
-            least = dict.fromkeys(present, np.inf)
-            for k in range(MOST_ROUNDS):
-                for program, run in present.items():
-                    if k < ROUNDS or least[program] < SHORT:
-                        least[program] = min(least[program], run(points))
-            n = points.size // points.shape[-1]
-            for program, seconds in least.items():
-                ratio = seconds / next(iter(least.values()))
-                rows.append([name, n, program, f"{1e9 * seconds / n:.0f}", f"{ratio:.2f}"])
-                print(*rows[-1], sep=", ", flush=True)
-            if not only:
-                write(rows)
+        for name in arguments.files or FILES:
+            measure(name, FILES[name](Path(folder)), arguments.only)
 
 
-def write(rows: list[list[object]]) -> None:
+def measure(file: str, measured: list[Case], only: str) -> None:
+    """Time the programs of each case in turn, and write the file unless only some cases are wanted."""
+    rows: list[list[object]] = []
+    for name, points, programs in measured:
+        if only not in name:
+            continue
+        present = {program: run for program, run in programs.items() if run}
+        least = dict.fromkeys(present, np.inf)
+        for k in range(MOST_ROUNDS):
+            for program, run in present.items():
+                if k < ROUNDS or least[program] < SHORT:
+                    least[program] = min(least[program], run(points))
+        n = points.size // points.shape[-1]
+        for program, seconds in least.items():
+            ratio = seconds / next(iter(least.values()))
+            rows.append([name, n, program, f"{1e9 * seconds / n:.0f}", f"{ratio:.2f}"])
+            print(*rows[-1], sep=", ", flush=True)
+        if not only:
+            write(file, rows)
+
+
+def write(file: str, rows: list[list[object]]) -> None:
     versions = ", ".join(f"{name} {version(name)}" for name in PACKAGES if importlib.util.find_spec(name.split("-")[0]))
-    with open(HERE / "results" / "cells_peers.csv", "w", newline="") as file:
-        file.write(f"# {machine()}, {versions}\n")
-        writer = csv.writer(file)
+    with open(HERE / "results" / f"{file}.csv", "w", newline="") as target:
+        target.write(f"# {machine()}, {versions}\n")
+        writer = csv.writer(target)
         writer.writerow(["points", "n", "program", "ns per point", "times voroquad"])
         writer.writerows(rows)
 

@@ -80,6 +80,7 @@ TABLES: dict[str, dict[str, Callable[[], str]]] = {
         "answers": programs.answer_table("stack_of_spirals"),
         "peers": programs.use_table("Stack of spirals"),
     },
+    "cells.md": {"cells-threads": programs.cells_threads_table},
     "measured/cells.md": {"cells": programs.cells_table, "cells_memory": integrals.cells_memory_table},
     "measured/renders.md": {
         "scene-domains": renders.domains_table,

@@ -5,17 +5,41 @@ from __future__ import annotations
 from collections.abc import Callable
 from pathlib import Path
 
-from .text import FIGURES, RESULTS, markdown, read, scientific, short
+from .text import FIGURES, RESULTS, Row, markdown, read, scientific, short
 
 
 def cells_table() -> str:
-    """Time per point of cells: of the processor, or on the wall where threads are named."""
-    rows = [["points", "program", "time", "N", "ns per point", "times voroquad"]]
+    """Processor time per point of cells."""
+    rows = [["points", "program", "N", "ns per point", "times voroquad"]]
     for r in read(RESULTS / "cells_peers.csv"):
-        clock = "wall" if "thread" in r["program"] else "CPU"
         time = f"{int(r['ns per point']):,}"
-        rows.append([r["points"], r["program"], clock, f"{int(r['n']):,}", time, r["times voroquad"]])
-    return markdown(rows, "lll")
+        rows.append([r["points"], r["program"], f"{int(r['n']):,}", time, r["times voroquad"]])
+    return markdown(rows, "ll")
+
+
+def cells_threads_table() -> str:
+    """How many times as fast cells are on two threads, and in two processes that share nothing."""
+    cases: dict[tuple[str, str], dict[str, Row]] = {}
+    for r in read(RESULTS / "cells_threads.csv"):
+        cases.setdefault((r["points"], r["n"]), {})[r["program"]] = r
+    others = [what for what in ("2 threads", "2 processes") if any(f"voroquad, {what}" in by for by in cases.values())]
+    rows = [["points", "N", "ns per point, 1 thread", *(f"{what}, times as fast" for what in others)]]
+    for (points, n), by in cases.items():
+        one, *two = (float(by[f"voroquad, {what}"]["ns per point"]) for what in ("1 thread", *others))
+        rows.append([points, f"{int(n):,}", f"{one:,.0f}", *(f"{one / other:.2f}" for other in two)])
+    return markdown(rows, "l")
+
+
+def cells_curves_table() -> str:
+    """Processor time per point of cells on circles, lines and the like, and how many times as long peers take."""
+    cases: dict[tuple[str, str], list[Row]] = {}
+    for r in read(RESULTS / "cells_curves.csv"):
+        cases.setdefault((r["points"], r["n"]), []).append(r)
+    rows = [["points", "N", "ns per point", "other programs, times as long"]]
+    for (points, n), (own, *others) in cases.items():
+        times = ", ".join(f"{r['program']} {short(float(r['times voroquad']))}" for r in others)
+        rows.append([points, f"{int(n):,}", f"{int(own['ns per point']):,}", times])
+    return markdown(rows, "l")
 
 
 def cells_summary() -> str:
