@@ -65,7 +65,8 @@ def register() -> None:
         def _begin(self) -> None:
             self.table = mi.UInt32(byte_tables())
             self.dimension = mi.UInt32(0)
-            pixel, self.number, self.bits = self._samples()
+            pixel, self.number, in_all = self._samples()
+            self.bits = (in_all - 1).bit_length()
             self.row = pixel // self._window.width
             self.column = pixel - self.row * self._window.width
             self.side = (max(self._window.width, self._window.height) - 1).bit_length()
