@@ -66,6 +66,23 @@ def test_an_image_takes_two_wavefronts(ball, monkeypatch):
     assert wavefronts == [16 * 16 * 12, samples.sum() - 16 * 16 * 12]
 
 
+def test_blocks_of_the_pilot_are_consecutive(ball, monkeypatch):
+    """Only so are they nets; the samples after the pilot's need no order."""
+    orders = []
+    kind = type(plain(adaptive="absolute"))
+    make = kind._sampler_of
+
+    def noted(self, sensor, spp):
+        own = make(self, sensor, spp)
+        seed = own.seed
+        own.seed = lambda *arguments: (orders.append(own.consecutive), seed(*arguments))
+        return own
+
+    monkeypatch.setattr(kind, "_sampler_of", noted)
+    render(load_scene(ball, size=(16, 12)), plain(adaptive="absolute"))
+    assert list(dict.fromkeys(orders)) == [True, False]
+
+
 def test_bands_and_chunks_do_not_change_the_bits(ball, monkeypatch):
     scene = load_scene(ball)
     adaptive = {"adaptive": "relative", "aovs": "samples"}

@@ -451,6 +451,24 @@ def test_picked_pixels_begin_at_samples_of_their_own():
         np.testing.assert_array_equal(drawn[:, k], whole[:, pixel, start : start + 4])
 
 
+@pytest.mark.parametrize("spp", [1, 8, 12])
+def test_samples_that_need_no_order_are_those_with_reversed_bits(spp):
+    """Of powers of two: rays that are traced at once are not as far apart as consecutive points."""
+    own = sampler(sample_count=spp, **SIZE)
+    whole = draw(own, 4)
+    own.consecutive = False
+    turns = {1: [0], 8: [0, 4, 2, 6, 1, 5, 3, 7], 12: list(range(12))}[spp]
+    np.testing.assert_array_equal(draw(own, 4), whole[:, :, turns])
+
+
+def test_plain_needs_no_order_and_reweighted_does():
+    scene = box("direct", {"type": "owensobol"})
+    for name, consecutive in (("plain", False), ("reweighted", True)):
+        properties = {"domain": "pixel", "sampler": "stratified"} if consecutive else {}
+        own, spp = plugin(name, **properties).prepare(scene.sensors()[0], 0, 16)
+        assert (own.consecutive, spp) == (consecutive, 16)
+
+
 def test_slices_of_moving_objects_have_the_samples_of_the_whole_image(monkeypatch):
     """Each slice has some pixels: their squares have nets together, as all pixels do."""
     drawn = {}

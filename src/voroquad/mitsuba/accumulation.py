@@ -62,9 +62,10 @@ def pixel_means(values: Sequence[mi.Float], index: mi.UInt32, spp: int) -> Float
     for k in range(packets):
         side_by_side = [*values[k * packet : (k + 1) * packet], *[mi.Float(0)] * packet][:packet]
         dr.scatter_add(sums, mi.ArrayXf(side_by_side), number * packets + k)
-    of_runs = np.asarray(sums).reshape(-1, packets * packet)[:runs, : len(values)]
+    of_runs = np.asarray(sums).reshape(-1, packets * packet)[:runs]
     if not divided:
-        return of_runs / np.float32(spp)
+        return (of_runs / np.float32(spp))[:, : len(values)]  # rows of a few columns are slow to divide
+    of_runs = of_runs[:, : len(values)]
     pixel = np.arange(rays // spp)
     of_pixels = np.add.reduceat(of_runs, pixel + pixel * spp // longest, axis=0, dtype=np.float64)
     return (of_pixels / spp).astype(np.float32)

@@ -185,15 +185,16 @@ class Adaptive(Plain):
         assert pilot is not None, "explore comes before bands"
         footprint = Footprint(sensor.film())
         width, band = footprint.window[0], footprint.bands(spp)[number]
-        pixels = np.arange(band.start * width, band.stop * width)
+        pixels = slice(band.start * width, band.stop * width)
         sets = pilot.counts.ravel()[pixels] // self.sharing.at_least
         known = seed == pilot.seed
-        sums = pilot.means[pixels] if known else np.zeros_like(pilot.means[pixels])
+        # Pixels are last in memory, and stay so: loops over few columns are slow
+        sums = pilot.means[pixels].copy(order="K") if known else np.zeros_like(pilot.means[pixels])
         more = np.flatnonzero(sets > known)
         # Wavefronts end between pixels: then the bits do not depend on where
         part = np.cumsum(sets[more] - known) // self._sets_at_once
         for own in np.split(more, np.flatnonzero(np.diff(part)) + 1) if len(more) else []:
-            sums[own] += self._sums(scene, sensor, seed, pixels[own], sets[own], spp, int(known))
+            sums[own] += self._sums(scene, sensor, seed, pixels.start + own, sets[own], spp, int(known))
         return sums / sets[:, None]
 
     def _sums(
@@ -240,6 +241,7 @@ class Adaptive(Plain):
         sampler.cover(width, height, range(height), order="none")
         sampler.pick(picked, mi.UInt32(starts.astype(np.uint32)))
         sampler.cross(number)
+        sampler.consecutive = blocks > 1  # blocks of the sequence are nets
         sampler.set_samples_per_wavefront(number)
         sampler.seed(dr.opaque(mi.UInt32, seed), len(pixels) * number)
 

@@ -121,6 +121,7 @@ class Reweighted(Plain):
     """
 
     plugin_name = "reweighted"
+    consecutive = True  # sample i of a set has the i-th point of a sequence
 
     def __init__(self, props: mi.Properties) -> None:
         super().__init__(props)

@@ -107,6 +107,8 @@ class OwenSobol(mi.Sampler):
 
     #: Do `Plain` and its kin draw wavelengths within one period, so that all strata tell them apart?
     one_period = True
+    #: Are the samples of a pixel in the order of the sequence? Else in one that is traced faster, see `_of_turn`
+    consecutive = True
 
     def __init__(self, props: mi.Properties) -> None:
         super().__init__(props)
@@ -238,7 +240,8 @@ class OwenSobol(mi.Sampler):
         bits = (in_all - 1).bit_length()
         lane = dr.arange(mi.UInt32, self.wavefront_size())
         pixel = quotient(lane, per_pixel)
-        number = lane - pixel * dr.opaque(mi.UInt32, per_pixel) + dr.opaque(mi.UInt32, self._begun % 2**bits)
+        number = self._of_turn(lane - pixel * dr.opaque(mi.UInt32, per_pixel), per_pixel)
+        number += dr.opaque(mi.UInt32, self._begun % 2**bits)
         if self._starts is not None:
             number += dr.gather(mi.UInt32, self._starts, pixel)
         if self._picked is not None:
@@ -246,6 +249,17 @@ class OwenSobol(mi.Sampler):
         elif self._window.pixels:
             pixel += dr.opaque(mi.UInt32, self._window.first * self._window.width % 2**32)
         return pixel, number, in_all
+
+    def _of_turn(self, turn: mi.UInt32, per_pixel: int) -> mi.UInt32:
+        """The number of the sample that a pixel traces in each turn; bits in reverse order if it need not go by turns.
+
+        A processor traces neighbours of the wavefront at once. Consecutive points of a sequence are as far apart as can
+        be, so that their rays meet the most objects. Those whose numbers have the same lower bits are nearer.
+        """
+        bits = per_pixel.bit_length() - 1
+        if self.consecutive or per_pixel == 1 or per_pixel != 1 << bits:
+            return turn
+        return dr.brev(turn) >> dr.opaque(mi.UInt32, BITS - bits)
 
     def _begin(self) -> None:
         """Set the key of each sample of the wavefront, and its index, whose bits are kept in reverse order."""

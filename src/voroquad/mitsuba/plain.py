@@ -51,6 +51,8 @@ class Plain(ADIntegrator):
     plugin_name = "plain"
     #: The order in which `OwenSobol` goes through the pixels; None: its own
     pixel_order: str | None = None
+    #: Do samples have something by their numbers, so that `OwenSobol` must keep them in order?
+    consecutive = False
     #: The middle part of each side of a pixel that is sampled: below 1 for images that stand for larger ones
     part = 1.0
 
@@ -96,6 +98,7 @@ class Plain(ADIntegrator):
         self._seed = dr.opaque(mi.UInt32, band_seed(whole(seed), number)) if number else of_image
         if isinstance(sampler, OwenSobol):
             sampler.cover(columns, height, rows, order=self.pixel_order)
+            sampler.consecutive = self.consecutive
             sampler.seed(of_image, rays)
         else:
             sampler.seed(self._seed, rays)
