@@ -20,6 +20,7 @@
 #include <deque>
 #include <optional>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -56,14 +57,21 @@ public:
     // The most samples of a cell
     static constexpr std::size_t largest_block = std::size_t{1} << detail::highest_level;
 
+    // The most cells along an axis: blocks of a sequence, one a cell, have numbers of 32 bits
+    static constexpr std::size_t largest_side = D == 1 ? 0xffffffff : D == 2 ? 0xffff : 1625;
+
     // A rule of k^D cells for the components (`fields`) of an integrand.
     //
-    // Contract: k ≥ 1; fields ≥ 1; keys has `sequences` times D entries of uniformly random bits.
-    // The calls come in the order above, plan() with at least as many samples as cells
-    // (std::invalid_argument otherwise); threads ≥ 1.
+    // Contract: k ≥ 1, and k^D < 2^32 (std::invalid_argument otherwise); fields ≥ 1; keys has
+    // `sequences` times D entries of uniformly random bits. The calls come in the order above,
+    // plan() with at least as many samples as cells (std::invalid_argument otherwise); threads ≥ 1.
     PilotRule(std::size_t k, std::size_t fields, const Key *keys)
         : k_(k), cells_(power(k)), fields_(fields) {
         VOROQUAD_CHECK(k >= 1 && fields >= 1, "PilotRule: k and fields must be at least 1");
+        if (k > largest_side)
+            VOROQUAD_FAIL(std::invalid_argument("k must be at most " +
+                                                std::to_string(largest_side) +
+                                                ": there are to be fewer than 2^32 cells"));
         for (std::size_t a = D, step = 1; a-- > 0; step *= k) stride_[a] = step;
         for (std::size_t q = 0; q < detail::stencil_count<D>; ++q)
             if (detail::stencil_size(q) <= k) stencils_.emplace_back(detail::stencil_size(q));

@@ -36,6 +36,15 @@ def test_parts_end_as_late_as_they_may(d, k):
             assert counts.sum() + first > most
 
 
+@pytest.mark.parametrize(("d", "k"), [(1, 2**32 - 1), (2, 2**16 - 1), (3, 1625)])
+def test_more_cells_than_blocks_have_numbers_are_refused(d, k):
+    """k is the largest side of a grid of fewer than 2^32 cells."""
+    assert k**d < 2**32 <= (k + 1) ** d
+    for beyond in (k + 1, 2**63):
+        with pytest.raises(ValueError, match=f"k must be at most {k}: there are to be fewer than 2\\^32 cells"):
+            RULES[d](beyond, 1, keys_of(1, d))
+
+
 @pytest.mark.parametrize("later", [False, True])
 def test_a_rule_in_other_units_is_the_same(later):
     rule = RULES[1](50, 2, keys_of(1, 1))
