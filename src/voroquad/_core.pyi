@@ -535,6 +535,27 @@ def places_and_slopes(
         NDArray[numpy.float64], {"shape": (None, None, None), "order": "C", "device": "cpu", "writable": False}
     ],
 ) -> NDArray[numpy.float64]: ...
+def powers_at_faces(
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    strata: Sequence[int],
+    values: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    fewest: int,
+) -> NDArray[numpy.float64]: ...
+def powers_of_slabs(
+    points: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    strata: Sequence[int],
+    values: Annotated[
+        NDArray[numpy.float64], {"shape": (None, None), "order": "C", "device": "cpu", "writable": False}
+    ],
+    fewest: int,
+    most: int,
+) -> NDArray[numpy.float64]: ...
 def into_box(
     u: Annotated[NDArray[numpy.float64], {"shape": (None, None), "device": "cpu", "writable": False}],
     low: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],

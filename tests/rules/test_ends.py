@@ -5,7 +5,8 @@ import pytest
 from scipy.integrate import quad
 
 import voroquad as vq
-from voroquad.rules.ends import at_faces, deviations, exponents
+from voroquad import _core
+from voroquad.rules.ends import at_faces, deviations, exponents, powers_of_slopes
 from voroquad.rules.kriging_rules import strata_in_colours
 
 
@@ -104,3 +105,33 @@ def test_intervals_hold_an_end_of_infinite_variance():
         low, high = result.confidence_interval()
         held += low <= -4 <= high
     assert held >= 93
+
+
+@pytest.mark.parametrize("strata", [(9, 10), (8, 3, 4), (2, 2, 9), (30,)])
+def test_powers_at_all_faces_are_those_of_each(strata):
+    """To the last bit, for components that rise or fall towards a face and one that does neither."""
+    n, d = int(np.prod(strata)), len(strata)
+    x = (np.indices(strata).reshape(d, -1).T + np.random.default_rng(3).random((n, d))) / strata
+    f = np.stack([x.sum(axis=1) ** -0.4, np.log(1.2 - x[:, 0]), np.sin(90 * x[:, -1])])
+    found = _core.powers_at_faces(x, strata, f, 8)
+    known = 0
+    for face in range(2 * d):
+        a = face // 2
+        across = (1 - x[:, a] if face % 2 else x[:, a]) * strata[a]
+        (at,) = np.nonzero(across < 1)
+        order = at[np.argsort(across[at])]
+        expected = np.full((2, 3), np.nan)
+        if len(order) >= 8:
+            expected = np.stack(powers_of_slopes(across[order][1:], f[:, order][:, 1:]))
+        np.testing.assert_array_equal(found[:, face], expected)
+        known += np.isfinite(expected[0]).sum()
+    assert known > 0 or d == 1
+
+
+def test_points_and_values_are_those_of_the_strata():
+    x, f = np.ones((6, 2)) / 2, np.ones((1, 6))
+    for points, strata, values in ((x, (2, 2), f), (x, (6,), f), (x, (2, 3), f[:, :5])):
+        for powers in (_core.powers_at_faces, _core.powers_of_slabs):
+            limits = (8,) if powers is _core.powers_at_faces else (6, 8)
+            with pytest.raises(ValueError, match="for n strata"):
+                powers(np.ascontiguousarray(points), strata, np.ascontiguousarray(values), *limits)

@@ -4,7 +4,9 @@ import numpy as np
 import pytest
 
 import voroquad as vq
+from voroquad import _core
 from voroquad.rules import faces
+from voroquad.rules.ends import power_of
 from voroquad.rules.faces import of_faces, of_replicates
 from voroquad.rules.kriging_rules import strata_in_colours
 
@@ -159,3 +161,26 @@ def test_slopes_have_the_median_of_numpy(m):
     expected = np.median((f[:, 1:] - f[:, :-1]) / (t[1:] - t[:-1]), axis=2)
     np.testing.assert_allclose(faces._median_slopes(t, f)[1], expected)
     assert np.isnan(expected).sum() == 1
+
+
+@pytest.mark.parametrize("strata", [(9, 10), (5, 6, 3), (20, 2)])
+def test_powers_of_all_slabs_are_those_of_each_face(strata):
+    """To the last bit: exponents, deviations, and the first two medians of slopes."""
+    n, d = int(np.prod(strata)), len(strata)
+    x = (np.indices(strata).reshape(d, -1).T + np.random.default_rng(3).random((n, d))) / strata
+    f = np.stack([x.sum(axis=1) ** -0.4, np.log(1.2 - x[:, 0]), np.sin(90 * x[:, -1])])
+    found = _core.powers_of_slabs(x, strata, f, 6, 8)
+    numbers = np.arange(n).reshape(strata)
+    known = 0
+    for face in range(2 * d):
+        a = face // 2
+        slabs = np.moveaxis(numbers, a, 0).reshape(strata[a], -1)[:: -1 if face % 2 else 1][:8]
+        along = 1 - x[:, a] if face % 2 else x[:, a]
+        expected = np.full((4, 3), np.nan)
+        if strata[a] >= 6:
+            places, *slopes = _core.places_and_slopes(strata[a] * along[slabs], f[:, slabs])
+            of_slopes = np.array(slopes)
+            expected = np.stack([*power_of(places[1:], of_slopes[:, 1:]), of_slopes[:, 0], of_slopes[:, 1]])
+        np.testing.assert_array_equal(found[:, face], expected)
+        known += np.isfinite(expected[0]).sum()
+    assert known > 0

@@ -69,7 +69,7 @@ def offsets(strata: tuple[int, ...], sets: int, rng: np.random.Generator) -> Arr
     for a, slabs in enumerate(_slabs(strata)):
         order = np.argsort(slabs.key + rng.random((sets, n)) / 2, axis=1)
         rank = np.empty((sets, n))
-        np.put_along_axis(rank, order, np.arange(n) - slabs.begin[order], axis=1)
+        rank[np.arange(sets)[:, None], order] = np.arange(n) - slabs.begin[order]
         shift = np.floor(rng.random((sets, len(slabs.sizes))) * slabs.sizes)
         rank = (rank + shift[:, slabs.number]) % slabs.size
         places[..., a] = (rank + rng.random((sets, n))) / slabs.size

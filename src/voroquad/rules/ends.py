@@ -71,20 +71,17 @@ def at_faces(points: Array, strata: tuple[int, ...], colours: Indices, values: A
         Of the integrands, and what predictions miss of them.
     """
     total = np.zeros(len(values))
-    for a, (k, (low, high)) in enumerate(zip(strata, _faces(strata), strict=True)):
-        for face, from_low in ((low, True), (high, False)):
-            if len(face) < FEWEST:
-                continue
-            across = points[face, a]
-            t = across * k if from_low else (1 - across) * k
-            order = np.argsort(t)
-            face, t = face[order], t[order]
-            beta = exponents(t, values[:, face])
-            if not np.isnan(beta).all():
-                of_face = colours[face]
-                alike = (np.flatnonzero(of_face == c) for c in np.unique(of_face))
-                parts = (_deviation(beta, len(i) * t[i[:3]], residuals[:, face[i[:3]]]) for i in alike if len(i) >= 3)
-                total += np.abs(sum(parts, np.zeros(len(values))))
+    some = _singular(*_core.powers_at_faces(points, strata, np.ascontiguousarray(values), FEWEST))
+    for number in np.flatnonzero(~np.isnan(some).all(axis=1)).tolist():
+        a, from_high = divmod(number, 2)
+        face, across = _faces(strata)[a][from_high], points[:, a]
+        t = ((1 - across) if from_high else across)[face] * strata[a]
+        order = np.argsort(t)
+        face, t = face[order], t[order]
+        beta, of_face = exponents(t, values[:, face]), colours[face]
+        alike = (np.flatnonzero(of_face == c) for c in np.unique(of_face))
+        parts = (_deviation(beta, len(i) * t[i[:3]], residuals[:, face[i[:3]]]) for i in alike if len(i) >= 3)
+        total += np.abs(sum(parts, np.zeros(len(values))))
     return total
 
 
@@ -106,7 +103,11 @@ def exponents(t: Array, values: Array) -> Array:
     >>> exponents(t, np.stack([np.sqrt(t), np.log(t), np.exp(t), np.cos(9 * t)])).round(1) + 0
     array([0.5, 0. , nan, nan])
     """
-    beta, off = powers_of_slopes(t[1:], values[:, 1:])
+    return _singular(*powers_of_slopes(t[1:], values[:, 1:]))
+
+
+def _singular(beta: Array, off: Array) -> Array:
+    """The exponents that are those of singularities and whose slopes are straight, of any shape; else NaN."""
     found: Array = np.where((off <= STRAIGHT) & (beta >= LEAST) & (beta <= MOST), beta, np.nan)
     return found
 

@@ -211,8 +211,7 @@ def _spread(points: Array, strata: tuple[int, ...], colours: Indices, residuals:
         seconds = np.square(r[:, :-2] - 2 * r[:, 1:-1] + r[:, 2:]) * of.within
         found, expected = seconds @ of.by_row[:, 1:-1].T, (np.square(r) * of.of_each) @ of.by_row.T
         of_axis = _part(found.sum(axis=-1, keepdims=True), expected.sum(axis=-1, keepdims=True))
-        more = OF_ALL / np.maximum(of.within @ of.by_row[:, 1:-1].T, 1)
-        part = _part(found + more * of_axis * expected, (1 + more) * expected)
+        part = _part(found + of.more * of_axis * expected, (1 + of.more) * expected)
         left = np.minimum(left, np.clip(part, LEAST_SPREAD, 1)[:, of.row])
     return left
 
@@ -237,6 +236,8 @@ class _Slabs:
         How often, squared, a correction is in a second difference, slab by slab.
     by_row : ndarray, (rows, n)
         1 where a stratum has an index, slab by slab.
+    more : ndarray, (rows,)
+        What the second differences of the whole axis count beside those of an index.
     """
 
     slab: Indices
@@ -244,6 +245,7 @@ class _Slabs:
     within: Array
     of_each: Array
     by_row: Array
+    more: Array
 
     @classmethod
     @lru_cache(maxsize=16)
@@ -255,5 +257,6 @@ class _Slabs:
             order = np.argsort(slab, kind="stable")
             within = (slab[order][2:] == slab[order][:-2]).astype(np.float64)
             by_row = (row[order] == np.arange(k)[:, None]).astype(np.float64)
-            found.append(cls(slab, row, within, np.convolve(within, [1.0, 4.0, 1.0]), by_row))
+            more = OF_ALL / np.maximum(within @ by_row[:, 1:-1].T, 1)
+            found.append(cls(slab, row, within, np.convolve(within, [1.0, 4.0, 1.0]), by_row, more))
         return found

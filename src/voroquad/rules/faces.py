@@ -54,25 +54,24 @@ def of_faces(points: Array, strata: tuple[int, ...], colours: Indices, values: A
         Of the integrands, and what predictions miss of them.
     """
     total = np.zeros(len(values))
-    for a, (k, slabs) in enumerate(zip(strata, _slabs(strata), strict=True)):
-        if k < FEWEST_SLABS:
+    of_all = _core.powers_of_slabs(points, strata, np.ascontiguousarray(values), FEWEST_SLABS, SLABS)
+    for number, (beta, off, first, second) in enumerate(of_all.swapaxes(0, 1)):
+        known = (off <= STRAIGHT) & (beta >= LEAST) & (beta <= MOST) & (first * second > 0)
+        if not known.any():
             continue
-        for order, along in ((slabs[:SLABS], points[:, a]), (slabs[::-1][:SLABS], 1 - points[:, a])):
-            t, f = k * along[order], values[:, order]
-            places, slopes = _median_slopes(t, f)
-            places, slopes, first, f = places[1:], slopes[:, 1:], slopes[:, 0], f[:, 1:]
-            beta, off = power_of(places, slopes)
-            known = (off <= STRAIGHT) & (beta >= LEAST) & (beta <= MOST) & (first * slopes[:, 0] > 0)
-            if not known.any():
-                continue
-            squares = np.square(residuals[:, order[0]]).sum(axis=1)
-            steps = np.square(values[:, order[1]] - values[:, order[0]]).sum(axis=1)
-            known = known & (squares > UNRESOLVED * steps)
-            if known.any():
-                beta = np.maximum(beta[known], OF_VARIANCE)
-                amount = _amount(slopes[known, 0], places[0], beta)
-                found = _variance(beta, amount[:, None] * _along_face(f[known]), colours[order[0]])
-                total[known] += np.minimum(found, MOST_TIMES * squares[known])
+        a, from_high = divmod(number, 2)
+        slabs, x = _slabs(strata)[a], points[:, a]
+        order, along = (slabs[::-1][:SLABS], 1 - x) if from_high else (slabs[:SLABS], x)
+        squares = np.square(residuals[:, order[0]]).sum(axis=1)
+        steps = np.square(values[:, order[1]] - values[:, order[0]]).sum(axis=1)
+        known = known & (squares > UNRESOLVED * steps)
+        if known.any():
+            f = values[:, order]
+            places, slopes = _median_slopes(strata[a] * along[order], f)
+            beta = np.maximum(beta[known], OF_VARIANCE)
+            amount = _amount(slopes[known, 1], places[1], beta)
+            found = _variance(beta, amount[:, None] * _along_face(f[:, 1:][known]), colours[order[0]])
+            total[known] += np.minimum(found, MOST_TIMES * squares[known])
     return total
 
 
