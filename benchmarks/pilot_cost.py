@@ -7,16 +7,21 @@ func is cos(50 (x_1 + … + x_d)). The least of several times is taken. Writes b
 
 With `threads` it measures how much less time by the clock the rule takes on two threads than on one. func then returns
 values that a first call has kept, so that its own time, on the calling thread, is none of either. The runs alternate.
-Writes benchmarks/results/pilot_threads.csv; it needs two idle processors.
+two_processes is what the machine itself allows: how many times as much two processes compute side by side, each on one
+thread, as one alone. Two processors that share caches and memory do less than twice as much. Writes
+benchmarks/results/pilot_threads.csv; it needs two idle processors.
 
     OPENBLAS_NUM_THREADS=1 python benchmarks/pilot_cost.py threads
 """
 
 from __future__ import annotations
 
+import multiprocessing
 import sys
 import time
 from collections.abc import Callable
+from multiprocessing.queues import SimpleQueue
+from multiprocessing.synchronize import Barrier
 from pathlib import Path
 
 import csv_rows
@@ -26,7 +31,7 @@ import voroquad as vq
 
 RESULTS, THREADS = (Path(__file__).parent / "results" / f"pilot_{name}.csv" for name in ("cost", "threads"))
 COLUMNS = ["d", "n_points", "nanoseconds_per_evaluation"]
-THREADS_COLUMNS = ["d", "n_points", "seconds_on_1", "seconds_on_2", "ratio", "processor_seconds_on_2"]
+THREADS_COLUMNS = ["d", "n_points", "seconds_on_1", "seconds_on_2", "ratio", "two_processes", "processor_seconds_on_2"]
 REPEATS = 5
 
 
@@ -51,8 +56,8 @@ def cost(d: int, n: int) -> float:
     return (whole - seconds(lambda: func(points))) / n * 1e9
 
 
-def on_two_threads(d: int, n: int) -> list[str]:
-    """The least time by the clock on one and on two threads, their ratio, and the processor time on two."""
+def with_kept_values(d: int, n: int) -> Callable[[int], tuple[float, float]]:
+    """What integrates values that are known, on so many threads: time by the clock, and processor time."""
     kept: list[np.ndarray] = []
 
     def kept_func(x: np.ndarray) -> np.ndarray:
@@ -69,9 +74,38 @@ def on_two_threads(d: int, n: int) -> list[str]:
         return spent(lambda _: next(values), threads)
 
     spent(kept_func, 1)
+    return again
+
+
+def on_two_threads(d: int, n: int) -> list[str]:
+    """The least time by the clock on one and on two threads, ratios, and the processor time on two."""
+    again = with_kept_values(d, n)
     pairs = [(again(1), again(2)) for _ in range(REPEATS)]
     one, two = (min(pair[i][0] for pair in pairs) for i in (0, 1))
-    return [f"{one:.3f}", f"{two:.3f}", f"{one / two:.2f}", f"{min(pair[1][1] for pair in pairs):.3f}"]
+    beside = 2 * of_processes(1, d, n) / of_processes(2, d, n)
+    processor = min(pair[1][1] for pair in pairs)
+    return [f"{one:.3f}", f"{two:.3f}", f"{one / two:.2f}", f"{beside:.2f}", f"{processor:.3f}"]
+
+
+def of_processes(count: int, d: int, n: int) -> float:
+    """The least time in which so many processes side by side have integrated once each, on one thread."""
+    barrier = multiprocessing.Barrier(count)
+    queue: SimpleQueue[float] = multiprocessing.SimpleQueue()
+    processes = [multiprocessing.Process(target=one_process, args=(barrier, queue, d, n)) for _ in range(count)]
+    for process in processes:
+        process.start()
+    times = [max(queue.get() for _ in range(count)) for _ in range(REPEATS)]
+    for process in processes:
+        process.join()
+    return min(times)
+
+
+def one_process(barrier: Barrier, queue: SimpleQueue[float], d: int, n: int) -> None:
+    """Puts the time of each repetition, which all processes begin together."""
+    again = with_kept_values(d, n)
+    for _ in range(REPEATS):
+        barrier.wait()
+        queue.put(again(1)[0])
 
 
 def main() -> None:

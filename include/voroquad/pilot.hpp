@@ -37,6 +37,7 @@
 #include <voroquad/detail/pilot/sobol.hpp>
 #include <voroquad/detail/pilot/stencil.hpp>
 #include <voroquad/detail/pilot/sums.hpp>
+#include <voroquad/detail/points/weighted.hpp>
 #include <voroquad/parallel.hpp>
 
 namespace VOROQUAD {
@@ -56,7 +57,6 @@ public:
     static constexpr std::size_t sequences = (detail::highest_level + 1) * detail::stencil_count<D>;
     // The most samples of a cell
     static constexpr std::size_t largest_block = std::size_t{1} << detail::highest_level;
-
     // The most cells along an axis: blocks of a sequence, one a cell, have numbers of 32 bits
     static constexpr std::size_t largest_side = D == 1 ? 0xffffffff : D == 2 ? 0xffff : 1625;
 
@@ -260,7 +260,7 @@ private:
         const std::size_t rows = indicator.rows_at_once(), row = cells_ / k_;
         since_plan_.assign(fields_, 0);
         std::vector<double> tiny;
-        for (std::size_t f = 0; f < fields_; ++f) tiny.push_back(rounding_of(f));
+        for (std::size_t f = 0; f < fields_; ++f) tiny.push_back(rounding_of(f, threads, pause));
         const auto body = [&](std::size_t begin, std::size_t end, unsigned) {
             typename detail::Indicator<D>::Scratch scratch;
             std::vector<double> least((end - begin) * row), all(least.size(), 0.0);
@@ -301,11 +301,17 @@ private:
     }
 
     // The square of what rounding alone may leave of a residual
-    double rounding_of(std::size_t field) const {
-        double largest = 0.0;
-        for (std::size_t i = 0; i < cells_; ++i)
-            largest = std::max(largest, std::abs(grid_[field * room() + i]));
-        return largest * 1e-16 * (largest * 1e-16) + 1e-300;
+    template <class Pause>
+    double rounding_of(std::size_t field, unsigned threads, Pause &&pause) const {
+        const double *values = grid_.data() + field * room();
+        constexpr std::size_t at_once = std::size_t{1} << 16;
+        std::vector<double> largest((cells_ + at_once - 1) / at_once);
+        const auto body = [&](std::size_t begin, std::size_t end, unsigned) {
+            largest[begin / at_once] = detail::sizes(values + begin, end - begin).largest;
+        };
+        parallel_for(cells_, at_once, threads, body, pause);
+        const double size = *std::max_element(largest.begin(), largest.end());
+        return size * 1e-16 * (size * 1e-16) + 1e-300;
     }
 
     // The cells of a run, with their blocks and the places of their samples
@@ -425,7 +431,7 @@ private:
         sums.signed_means.add(index, sum * share);
         worst.square = square * share * share;
         sums.square += worst.square;
-        sums.expected += std::ldexp(share, exponent);
+        sums.expected += detail::power_of_two(exponent - cell.level);
         sums.size += std::abs(mean) + (absolute + size) * share;
         sums.absolute += absolute * share;
         sums.value_square += value_square * share * share;

@@ -57,7 +57,10 @@ void bind_rule(nb::module_ &m) {
             "centres",
             [](std::size_t k, std::size_t begin, std::size_t end) {
                 Array<double> out = without_values<double>({D, end - begin});
-                Rule::centres(k, begin, end, out.data());
+                {
+                    nb::gil_scoped_release release;
+                    Rule::centres(k, begin, end, out.data());
+                }
                 return out;
             },
             "k"_a, "begin"_a, "end"_a, "Centres (d, end - begin) of cells in C order.")

@@ -563,5 +563,12 @@ def into_box(
     least: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
     most: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
 ) -> NDArray[numpy.float64]: ...
+def weighted(
+    values: Annotated[NDArray[numpy.float64], {"shape": (None, None), "device": "cpu", "writable": False}],
+    volumes: Annotated[NDArray[numpy.float64], {"shape": (None,), "device": "cpu", "writable": False}],
+) -> tuple[NDArray[numpy.float64], bool]: ...
+def sizes(
+    values: Annotated[NDArray[numpy.float64], {"shape": (None,), "order": "C", "device": "cpu", "writable": False}],
+) -> tuple[float, bool]: ...
 
 PilotRule: TypeAlias = PilotRule1 | PilotRule2 | PilotRule3

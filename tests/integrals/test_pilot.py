@@ -274,6 +274,7 @@ def spikes(x: np.ndarray) -> np.ndarray:
 def history(room: int, monkeypatch: pytest.MonkeyPatch) -> tuple[np.ndarray, np.ndarray]:
     """Estimates of the spikes with their errors, batch by batch; units grow beyond 2^room."""
     monkeypatch.setattr("voroquad.integrals.pilot.ROOM", room)
+    monkeypatch.setattr("voroquad.integrals.pilot.FEWEST_OF_A_PART", 200)
     seen: list[vq.Progress] = []
     vq.quad(lambda x: np.stack([spikes(x), x[0], 2.0**-40 * spikes(1 - x)]), 0, 1, n_points=9000, n_estimates=2, rng=1,
             callback=seen.append)  # fmt: skip
@@ -343,6 +344,25 @@ def test_difficulty_is_in_proportion_to_errors():
     assert difficulty(edge)[0] == pytest.approx(found[0], rel=1e-12)
     # 2 k of k² cells have an edge: (2k)^1.5 / k²
     assert difficulty(edge, 120)[0] == pytest.approx(found[0] / 2, rel=0.25)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_gaps_of_the_grid_are_filled_whatever_parts_it_comes_in(bad, threads, monkeypatch):
+    """One value is missing, in one of nine parts; of the other component none."""
+
+    def grid(at_once: int) -> np.ndarray:
+        monkeypatch.setattr("voroquad.integrals.pilot.POINTS_AT_ONCE", at_once)
+        library = Library.of(0, 1)
+        func = Function(lambda x: np.stack([np.where(np.abs(x[0] - 0.55) < 0.004, bad, np.cos(x[0])), x[0]]), library)
+        run = PilotRun(Integrand(func, Box(0, 1, library)), 90, np.random.default_rng(1), threads)
+        run.evaluate_grid()
+        return run.grid_values()
+
+    x = (np.arange(90) + 0.5) / 90
+    assert (np.abs(x - 0.55) < 0.004).sum() == 1
+    np.testing.assert_allclose(grid(10), [np.cos(x), x], rtol=1e-9)
+    np.testing.assert_array_equal(grid(10), grid(1000))
 
 
 def test_several_estimates_share_the_grid():

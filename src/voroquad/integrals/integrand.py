@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from .. import _core
 from .._support.arrays import Array, Indices
 from .diagnostics import Diagnoses, diagnosis
 from .evaluation import Function
@@ -127,10 +128,9 @@ class Integrand:
         return done
 
     def _fields(self, values: Array, x: Array, volume: Array, report: bool) -> Array:
-        with np.errstate(over="ignore", invalid="ignore"):
-            fields = volume * values
-        bad: NDArray[np.bool_] = ~np.isfinite(fields)
-        if bad.any():
+        fields, finite = _core.weighted(values, volume)
+        if not finite:
+            bad: NDArray[np.bool_] = ~np.isfinite(fields)
             if self.empty:
                 return np.where(bad, 0.0, fields)
             if report:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -103,22 +104,41 @@ class PilotRun:
         kind, keys = RULES[self.integrand.d], self._keys()
         begins = range(0, self.cells, POINTS_AT_ONCE)
         centres = (self.integrand.ahead(kind.centres(self.k, b, min(b + POINTS_AT_ONCE, self.cells))) for b in begins)
+        filled: list[Task[list[tuple[float, bool]]]] = []
         with helper(self.threads, len(begins)) as aside:
             for begin, pulled in zip(begins, aside.ahead(partial(next, centres), len(begins)), strict=True):
                 values = self.integrand.of_prediction(pulled())
                 if begin == 0:
                     self.rule = kind(self.k, len(values), keys)
-                    fields = [self.rule.grid(f) for f in range(len(values))]
-                for grid, of_field in zip(fields, values, strict=True):
-                    grid[begin : begin + len(of_field)] = of_field
-        for grid in fields:
-            fill_gaps(grid.reshape((self.k,) * self.integrand.d))
-        largest = np.array([_largest(grid) for grid in fields])
+                filled.append(aside.do(partial(self._fill, begin, values)))
+        largest = np.array(
+            [self._largest_of_grid(f, [part.result()[f] for part in filled]) for f in range(len(values))]
+        )
         self.grid_is_zero = largest == 0
         _, self.power = np.frexp(largest)
         for f, power in enumerate(self.power.tolist()):
             self.rule.rescale(f, -power)
-        self.midpoints = np.array([grid.sum() for grid in fields])
+        self._of_grid: Array | None = None
+
+    def _fill(self, begin: int, values: Array) -> list[tuple[float, bool]]:
+        """Put values (fields, n) into the grid; of each field the largest size, and whether all are finite."""
+        for f, of_field in enumerate(values):
+            self.rule.grid(f)[begin : begin + len(of_field)] = of_field
+        return [_core.sizes(of_field) for of_field in values]
+
+    def _largest_of_grid(self, field: int, parts: Sequence[tuple[float, bool]]) -> float:
+        """The largest absolute value of a component on the grid, whose gaps are filled."""
+        if all(finite for _, finite in parts):
+            return max(size for size, _ in parts)
+        grid = self.rule.grid(field)
+        fill_gaps(grid.reshape((self.k,) * self.integrand.d))
+        return _largest(grid)
+
+    def _midpoints(self) -> Array:
+        """The sums (fields,) over the grid; only who watches asks for them."""
+        if self._of_grid is None:
+            self._of_grid = np.array([self.rule.grid(f).sum() for f in range(len(self.power))])
+        return self._of_grid
 
     def _keys(self) -> NDArray[np.uint64]:
         d = self.integrand.d
@@ -189,7 +209,9 @@ class PilotRun:
         shift = np.where(other, self.power - power, 0).astype(np.intc)
         for field in np.flatnonzero(shift):
             self.rule.rescale(int(field), int(shift[field]))
-        self.midpoints, self.steps = np.ldexp(self.midpoints, shift), [np.ldexp(x, shift) for x in self.steps]
+        self.steps = [np.ldexp(x, shift) for x in self.steps]
+        if shift.any():
+            self._of_grid = None
         self.power = self.power - shift
 
     def known(self) -> Estimate | None:
@@ -204,7 +226,7 @@ class PilotRun:
         if b < 2:
             return None
         differences = np.diff(self.steps, axis=0, prepend=0.0)
-        mean = self.midpoints + whole * differences.mean(axis=0)
+        mean = self._midpoints() + whole * differences.mean(axis=0)
         between = whole * (whole - b) / b * differences.var(axis=0, ddof=1)
         error = np.sqrt(between + whole / b * self.rule.square)
         mean, error = (np.ldexp(x / self.cells, self.power) for x in (mean, error))
@@ -270,5 +292,5 @@ class PilotRun:
 
 def _largest(values: Array) -> float:
     """The largest finite absolute value; 0 of none."""
-    largest = max(float(values.max()), -float(values.min()))
-    return largest if math.isfinite(largest) else float(np.abs(values).max(initial=0, where=np.isfinite(values)))
+    largest, finite = _core.sizes(values)
+    return largest if finite else float(np.abs(values).max(initial=0, where=np.isfinite(values)))

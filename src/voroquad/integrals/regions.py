@@ -80,7 +80,7 @@ class Box:
             x = _core.into_box(u, self.a, self.b - self.a, *ends)
             if self._library.precision() != np.float64:
                 x = inside(x, self.a[:, None], self.b[:, None], self._library)
-            return x, np.full(u.shape[1], self._volume)
+            return x, _repeated(self._volume, u.shape[1])
         a, b = self.a[:, None], self.b[:, None]
         x, jacobian = interval(u, a, b, self._loc[:, None], self._scale[:, None])
         return inside(x, a, b, self._library), self.sign * np.prod(jacobian, axis=0)
@@ -115,7 +115,7 @@ class WeighedBox:
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (d, n) and their mass element (n,), which is constant, at u (d, n)."""
         x = np.clip(self.low + (self.high - self.low) * u, self.low, np.nextafter(self.high, self.low))
-        return x, np.full(u.shape[1], self.mass)
+        return x, _repeated(self.mass, u.shape[1])
 
 
 class IteratedBox:
@@ -170,6 +170,11 @@ class IteratedBox:
             x[i] = inside(at, low, high, self._library)
             volume *= np.where(start > stop, -jacobian, jacobian)
         return x, volume
+
+
+def _repeated(value: float, n: int) -> Array:
+    """A number n times (n,), in the memory of one."""
+    return np.ndarray((n,), np.float64, np.array(value), strides=(0,))
 
 
 def interval(u: Array, a: Array, b: Array, loc: Any, scale: Any) -> tuple[Array, Array]:
