@@ -5,9 +5,11 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
+import threading
 import time
 import warnings
 from collections.abc import Callable
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -65,13 +67,33 @@ def test_polynomials_are_exact(d, n, degree):
 
 
 @pytest.mark.parametrize("d", [1, 2, 3])
-def test_threads_and_batches_change_no_bit(d):
+@pytest.mark.parametrize("worth", [0, math.inf])
+def test_threads_and_batches_change_no_bit(d, worth, monkeypatch):
+    """Whether the rule works ahead, beside func, or waits for it."""
+    monkeypatch.setattr("voroquad.integrals.pilot.WORTH_A_THREAD", worth)
+
     def bits(**how: int) -> tuple[bytes, bytes, int]:
         r = vq.quad(lambda x: np.stack([rough(x), np.sin(9 * x[0])]), np.zeros(d), np.ones(d), n_points=30_000,
                     method="pilot", rng=3, **how)  # fmt: skip
         return r.integral.tobytes(), r.standard_error.tobytes(), r.n_evaluations
 
     assert bits(threads=1) == bits(threads=3) == bits(batch=1000) == bits(batch=7, threads=2)
+
+
+@pytest.mark.parametrize(("of_func", "ahead"), [(0.9, False), (1.1, True)])
+def test_the_rule_works_ahead_of_a_func_that_takes_long(of_func, ahead, monkeypatch):
+    """Of the first part the samples take 1, and to add their values takes 3."""
+    clock = iter(np.cumsum([0, 1, of_func, 3]))
+    monkeypatch.setattr("voroquad.integrals.pilot.time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    seen: set[str] = set()
+
+    def func(x: np.ndarray) -> np.ndarray:
+        seen.update(thread.name for thread in threading.enumerate())
+        return x[0]
+
+    vq.quad(func, 0, 1, n_points=100_000, method="pilot", rng=1, threads=2)
+    assert any(name.startswith("voroquad") for name in seen) == ahead
+    assert not list(clock)
 
 
 def test_threads_change_nothing_that_a_callback_gets(monkeypatch):
@@ -88,6 +110,7 @@ def test_threads_change_nothing_that_a_callback_gets(monkeypatch):
         return [(p.n_evaluations, p.integral, p.standard_error) for p in told]
 
     alone = seen(1)
+    monkeypatch.setattr("voroquad.integrals.pilot.WORTH_A_THREAD", 0)
     monkeypatch.setattr(PilotRun, "_add", slow)
     assert seen(3) == alone
 

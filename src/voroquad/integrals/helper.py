@@ -81,7 +81,7 @@ def helper(threads: int, tasks: int) -> Iterator[Helper]:
 
     At the end it has done what it was given.
     """
-    if threads == 1 or tasks == 1:
+    if threads == 1 or tasks <= 1:
         yield Helper()
         return
     with ThreadPoolExecutor(1, "voroquad") as pool:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+import time
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -17,7 +18,7 @@ from ..rules.fit import ROUNDING
 from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import FEWEST_STRATA, SURPRISE, UNRESOLVED, Estimate, unresolved
 from .grid_gaps import fill_gaps
-from .helper import Task, done, helper
+from .helper import Helper, Task, done, helper
 from .integrand import Integrand
 from .pilot_error import variance
 from .spread import across
@@ -47,6 +48,9 @@ POINTS_AT_ONCE = 1 << 17
 
 #: Parts that the samples come in, in random order, as long as each has about so many samples.
 PARTS, FEWEST_OF_A_PART = 32, 1 << 11
+
+#: Time of func, beside that of the rule on all threads, from which on the rule works ahead on a thread of its own.
+WORTH_A_THREAD = 0.25
 
 #: Powers of two that values may exceed the unit by: fourth powers of 2^32 are far from overflow.
 ROOM = 32
@@ -187,14 +191,36 @@ class PilotRun:
         self.steps.clear()
         self.samples = 0
         order = iter(self.rng.permutation(self.parts) if self.parts > 1 else range(1))
-        with helper(self.threads, self.parts) as aside:
-            for pulled in aside.ahead(lambda: self.integrand.ahead(rule.draw(next(order), self.threads)), self.parts):
-                values = self.integrand.at(pulled())
-                self._adding.result()
-                self._adjust_units(values)
-                self._adding = aside.do(partial(self._add, values))
+
+        def draw() -> Callable[[], tuple[Array, Array]]:
+            return self.integrand.ahead(rule.draw(next(order), self.threads))
+
+        threads = self.threads if self._first_part(draw) else 1
+        with helper(threads, self.parts - 1) as aside:
+            for pulled in aside.ahead(draw, self.parts - 1):
+                self._take(self.integrand.at(pulled()), aside)
             self._adding.result()
         return self._estimate()
+
+    def _first_part(self, draw: Callable[[], Callable[[], tuple[Array, Array]]]) -> bool:
+        """Do the first part. Whether func takes so long that a thread of its own for the rule gains time.
+
+        All threads share the work of the rule. One more beside func, which has only one, slows all down a little.
+        """
+        begin = time.perf_counter()
+        pulled = draw()
+        drawn = time.perf_counter()
+        values = self.integrand.at(pulled())
+        evaluated = time.perf_counter()
+        self._take(values, Helper())
+        of_func = evaluated - drawn
+        return of_func > WORTH_A_THREAD * (time.perf_counter() - begin - of_func)
+
+    def _take(self, values: Array, aside: Helper) -> None:
+        """Add values of the next part when those before have been added."""
+        self._adding.result()
+        self._adjust_units(values)
+        self._adding = aside.do(partial(self._add, values))
 
     def _add(self, values: Array) -> None:
         self.rule.add(values, self.threads)
