@@ -7,8 +7,12 @@ import numpy as np
 import pytest
 
 import voroquad as vq
+from voroquad.integrals.evaluation import Function
 from voroquad.integrals.grid_gaps import REACH, fill_gaps
-from voroquad.integrals.pilot import grid_side
+from voroquad.integrals.integrand import Integrand
+from voroquad.integrals.library import Library
+from voroquad.integrals.pilot import PilotRun, grid_side
+from voroquad.integrals.regions import Box
 
 
 def axes(k, d):
@@ -103,3 +107,22 @@ def test_values_that_are_not_finite_in_a_region_make_the_integral_nan():
     with pytest.warns(vq.IntegrationWarning, match="not finite"):
         r = vq.quad(lambda x: np.where(x[0] > 0.9, np.inf, x[0]), [0, 0], [1, 1], n_points=4096, rng=1)
     assert math.isnan(r.integral)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf])
+@pytest.mark.parametrize("threads", [1, 2])
+def test_gaps_of_the_grid_are_filled_whatever_parts_it_comes_in(bad, threads, monkeypatch):
+    """One value is missing, in one of nine parts; of the other component none."""
+
+    def grid(at_once: int) -> np.ndarray:
+        monkeypatch.setattr("voroquad.integrals.pilot.POINTS_AT_ONCE", at_once)
+        library = Library.of(0, 1)
+        func = Function(lambda x: np.stack([np.where(np.abs(x[0] - 0.55) < 0.004, bad, np.cos(x[0])), x[0]]), library)
+        run = PilotRun(Integrand(func, Box(0, 1, library)), 90, np.random.default_rng(1), threads)
+        run.evaluate_grid()
+        return run.grid_values()
+
+    x = (np.arange(90) + 0.5) / 90
+    assert (np.abs(x - 0.55) < 0.004).sum() == 1
+    np.testing.assert_allclose(grid(10), [np.cos(x), x], rtol=1e-9)
+    np.testing.assert_array_equal(grid(10), grid(1000))

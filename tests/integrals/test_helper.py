@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import threading
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
+import voroquad as vq
 from voroquad.integrals.helper import helper
 
 
@@ -52,3 +55,19 @@ def test_an_exception_of_the_caller_leaves_no_thread():
         aside.do(lambda: None)
         raise KeyError
     assert threading.active_count() == before
+
+
+@pytest.mark.parametrize(("of_func", "ahead"), [(0.9, False), (1.1, True)])
+def test_the_rule_works_ahead_of_a_func_that_takes_long(of_func, ahead, monkeypatch):
+    """Of the first part the samples take 1, and to add their values takes 3."""
+    clock = iter(np.cumsum([0, 1, of_func, 3]))
+    monkeypatch.setattr("voroquad.integrals.pilot.time", SimpleNamespace(perf_counter=lambda: next(clock)))
+    seen: set[str] = set()
+
+    def func(x: np.ndarray) -> np.ndarray:
+        seen.update(thread.name for thread in threading.enumerate())
+        return x[0]
+
+    vq.quad(func, 0, 1, n_points=100_000, method="pilot", rng=1, threads=2)
+    assert any(name.startswith("voroquad") for name in seen) == ahead
+    assert not list(clock)

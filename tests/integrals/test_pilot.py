@@ -5,11 +5,9 @@ from __future__ import annotations
 import math
 import subprocess
 import sys
-import threading
 import time
 import warnings
 from collections.abc import Callable
-from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -78,22 +76,6 @@ def test_threads_and_batches_change_no_bit(d, worth, monkeypatch):
         return r.integral.tobytes(), r.standard_error.tobytes(), r.n_evaluations
 
     assert bits(threads=1) == bits(threads=3) == bits(batch=1000) == bits(batch=7, threads=2)
-
-
-@pytest.mark.parametrize(("of_func", "ahead"), [(0.9, False), (1.1, True)])
-def test_the_rule_works_ahead_of_a_func_that_takes_long(of_func, ahead, monkeypatch):
-    """Of the first part the samples take 1, and to add their values takes 3."""
-    clock = iter(np.cumsum([0, 1, of_func, 3]))
-    monkeypatch.setattr("voroquad.integrals.pilot.time", SimpleNamespace(perf_counter=lambda: next(clock)))
-    seen: set[str] = set()
-
-    def func(x: np.ndarray) -> np.ndarray:
-        seen.update(thread.name for thread in threading.enumerate())
-        return x[0]
-
-    vq.quad(func, 0, 1, n_points=100_000, method="pilot", rng=1, threads=2)
-    assert any(name.startswith("voroquad") for name in seen) == ahead
-    assert not list(clock)
 
 
 def test_threads_change_nothing_that_a_callback_gets(monkeypatch):
@@ -367,25 +349,6 @@ def test_difficulty_is_in_proportion_to_errors():
     assert difficulty(edge)[0] == pytest.approx(found[0], rel=1e-12)
     # 2 k of k² cells have an edge: (2k)^1.5 / k²
     assert difficulty(edge, 120)[0] == pytest.approx(found[0] / 2, rel=0.25)
-
-
-@pytest.mark.parametrize("bad", [np.nan, np.inf])
-@pytest.mark.parametrize("threads", [1, 2])
-def test_gaps_of_the_grid_are_filled_whatever_parts_it_comes_in(bad, threads, monkeypatch):
-    """One value is missing, in one of nine parts; of the other component none."""
-
-    def grid(at_once: int) -> np.ndarray:
-        monkeypatch.setattr("voroquad.integrals.pilot.POINTS_AT_ONCE", at_once)
-        library = Library.of(0, 1)
-        func = Function(lambda x: np.stack([np.where(np.abs(x[0] - 0.55) < 0.004, bad, np.cos(x[0])), x[0]]), library)
-        run = PilotRun(Integrand(func, Box(0, 1, library)), 90, np.random.default_rng(1), threads)
-        run.evaluate_grid()
-        return run.grid_values()
-
-    x = (np.arange(90) + 0.5) / 90
-    assert (np.abs(x - 0.55) < 0.004).sum() == 1
-    np.testing.assert_allclose(grid(10), [np.cos(x), x], rtol=1e-9)
-    np.testing.assert_array_equal(grid(10), grid(1000))
 
 
 def test_several_estimates_share_the_grid():
