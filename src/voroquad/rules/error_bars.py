@@ -19,6 +19,7 @@ from .._support.arrays import Array, Indices
 from .cusps import of_cusps
 from .ends import at_faces, deviations
 from .faces import of_faces
+from .poles import of_poles
 
 #: The level at which intervals of several kinds are compared.
 LEVEL = 0.975
@@ -135,7 +136,8 @@ def in_box(points: Array, strata: tuple[int, ...], colours: Indices, values: Arr
     freedom = np.maximum(_effective(variances), 1.0) * (1 + _resolved(strata, values, squares))
     faces = OF_CURVES / NORMAL * at_faces(points, strata, colours, values, residuals)
     powers = np.sqrt(of_faces(points, strata, colours, values, residuals))
-    return _widest([faces / n, powers / n], np.sqrt(variances.sum(axis=-1)) / n, freedom)
+    poles = np.sqrt(of_poles(strata, values, residuals))
+    return _widest([faces / n, powers / n, poles / n], np.sqrt(variances.sum(axis=-1)) / n, freedom)
 
 
 def _widest(plain: list[Array], error: Array, freedom: Array) -> ErrorBar:
