@@ -363,7 +363,7 @@ def test_tells_what_to_write_in_place_of_scipys_arguments(name, message):
         ({"a": [0, 0], "b": [1, 1, 1]}, "a and b must have a number for each dimension, got 2 and 3"),
         ({"a": -1e308, "b": 1e308}, "a and b: the box is too large"),
         ({"a": [0, 0], "b": [1e200, 1e200]}, "a and b: the box is too large"),
-        ({"a": [0] * 3, "b": [1e-150] * 3}, "a and b: the box is too small"),
+        ({"a": [0] * 3, "b": [1e-150] * 3}, "a and b: the volume of the box is too small"),
         ({"n_points": 10**30}, r"n_points must be at most 2\^63 - 1, got 1000"),
         ({"vectorized": "no"}, "vectorized must be True or False, got 'no'"),
         ({"progress": "yes"}, "progress must be True or False, got 'yes'"),

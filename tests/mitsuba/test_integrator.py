@@ -55,6 +55,13 @@ def scene():
 # ---------------------------------------------------------------------- plain
 
 
+def test_plain_needs_no_order_of_samples_and_reweighted_does():
+    sensor = mi.load_dict(scene_dict()["sensor"] | {"sampler": {"type": "owensobol"}})
+    for name, rule, consecutive in (("plain", {}, False), ("reweighted", RULES["stratified"], True)):
+        sampler, spp = plugin(name, **rule).prepare(sensor, 0, 16)
+        assert (sampler.consecutive, spp) == (consecutive, 16)
+
+
 @pytest.mark.parametrize("rfilter", ["box", "gaussian"])
 def test_plain_is_the_nested_integrator(rfilter):
     scene = mi.load_dict(scene_dict(rfilter))

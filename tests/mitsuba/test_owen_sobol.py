@@ -171,8 +171,7 @@ def test_a_seed_compiles_once():
             dr.kernel_history_clear()
             draw(own, 2, seed)
             kernels.append([kernel.get("cache_hit", True) for kernel in dr.kernel_history()])
-    assert all(kernels[1])
-    assert all(kernels[2])
+    assert all(kernels[1] + kernels[2])
 
 
 @pytest.mark.parametrize("order", ["morton", "none"])
@@ -182,8 +181,7 @@ def test_passes_have_the_samples_of_one_go(order, spp):
     own = sampler(sample_count=spp, order=order, **SIZE)
     own.seed(5, WIDTH * HEIGHT * 4)
     for start in range(0, spp, 4):
-        drawn = np.array(own.next_2d()).reshape(2, -1, 4)
-        np.testing.assert_array_equal(drawn, whole[..., start : start + 4])
+        np.testing.assert_array_equal(np.array(own.next_2d()).reshape(2, -1, 4), whole[..., start : start + 4])
         own.advance()
         own.schedule_state()
 
@@ -223,8 +221,7 @@ def test_a_clone_goes_on_by_itself():
     own.seed(3, WIDTH * HEIGHT * 16)
     own.next_2d()
     other = own.clone()
-    expected = np.array(own.next_2d())
-    np.testing.assert_array_equal(np.array(other.next_2d()), expected)
+    np.testing.assert_array_equal(np.array(own.next_2d()), np.array(other.next_2d()))
     np.testing.assert_array_equal(np.array(own.next_1d()), np.array(other.next_1d()))
     assert str(own) == str(other)
     assert other.wavefront_size() == own.wavefront_size()
@@ -451,22 +448,13 @@ def test_picked_pixels_begin_at_samples_of_their_own():
         np.testing.assert_array_equal(drawn[:, k], whole[:, pixel, start : start + 4])
 
 
-@pytest.mark.parametrize("spp", [1, 8, 12])
-def test_samples_that_need_no_order_are_those_with_reversed_bits(spp):
+def test_samples_that_need_no_order_are_those_with_reversed_bits():
     """Of powers of two: rays that are traced at once are not as far apart as consecutive points."""
-    own = sampler(sample_count=spp, **SIZE)
-    whole = draw(own, 4)
-    own.consecutive = False
-    turns = {1: [0], 8: [0, 4, 2, 6, 1, 5, 3, 7], 12: list(range(12))}[spp]
-    np.testing.assert_array_equal(draw(own, 4), whole[:, :, turns])
-
-
-def test_plain_needs_no_order_and_reweighted_does():
-    scene = box("direct", {"type": "owensobol"})
-    for name, consecutive in (("plain", False), ("reweighted", True)):
-        properties = {"domain": "pixel", "sampler": "stratified"} if consecutive else {}
-        own, spp = plugin(name, **properties).prepare(scene.sensors()[0], 0, 16)
-        assert (own.consecutive, spp) == (consecutive, 16)
+    for spp, turns in ((1, [0]), (8, [0, 4, 2, 6, 1, 5, 3, 7]), (12, list(range(12)))):
+        own = sampler(sample_count=spp, **SIZE)
+        whole = draw(own, 4)
+        own.consecutive = False
+        np.testing.assert_array_equal(draw(own, 4), whole[:, :, turns])
 
 
 def test_slices_of_moving_objects_have_the_samples_of_the_whole_image(monkeypatch):

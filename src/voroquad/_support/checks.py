@@ -15,16 +15,16 @@ from .arrays import Array
 MOST = 2**63 - 1
 
 
-def positive_int(name: str, value: Any) -> int:
-    """Return `value` as an int of at least 1."""
+def positive_int(name: str, value: Any, most: int = MOST) -> int:
+    """Return `value` as an int from 1 to `most`."""
     try:
         number = int(value)
     except (TypeError, ValueError, OverflowError):
         number = 0
     if isinstance(value, bool) or number < 1 or number != value:
         raise ValueError(f"{name} must be a whole number of at least 1, got {value!r}")
-    if number > MOST:
-        raise ValueError(f"{name} must be at most 2^63 - 1, got {value!r}")
+    if number > most:
+        raise ValueError(f"{name} must be at most {'2^63 - 1' if most == MOST else most}, got {value!r}")
     return number
 
 

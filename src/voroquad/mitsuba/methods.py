@@ -142,7 +142,7 @@ WEIGHTS = RenderMethod(
 #: Its cost is the geometric mean over the scenes of benchmarks/sampler_time.py: noise is estimated, and samples are
 #: shared out and traced in two wavefronts
 ADAPTIVE = RenderMethod(
-    "adaptive", "adaptive", "plain", {"adaptive": KINDS[0]}, Line(SKY, "solid"), cost=1.29,
+    "adaptive", "adaptive", "plain", {"adaptive": KINDS[0]}, Line(SKY, "solid"), cost=1.19,
     around=(len(NEIGHBOURS) + 2) * Sharing.at_least,
 )  # fmt: skip
 

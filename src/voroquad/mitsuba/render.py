@@ -118,8 +118,7 @@ class Budget:
         for name in ("spp", "per_round"):
             if getattr(self, name) is not None:
                 called = {"per_round": "round"}.get(name, name)
-                if positive_int(called, getattr(self, name)) > MOST_SPP:
-                    raise ValueError(f"{called} must be at most {MOST_SPP}, got {getattr(self, name)}")
+                positive_int(called, getattr(self, name), MOST_SPP)
         for name, value in (("time", self.seconds), ("target_error", self.target_error)):
             if value is not None and not 0 < value < math.inf:
                 raise ValueError(f"{name} must be a number above 0, got {value}")
