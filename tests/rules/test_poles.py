@@ -67,15 +67,16 @@ def test_few_rings_tell_nothing():
 
 def test_corrections_bound_the_variance():
     """Models that resolve a pole, or correct little about it, have little of its variance."""
-    (f,) = 1 / distances((12, 12), (0.46, 0.63))
-    near = poles._rings((12, 12), int(f.argmax()))
-    squares = np.zeros(144)
-    squares[[near.centre, *near.strata[: near.starts[1]]]] = 1
-    corrections = np.sqrt(squares) * 0.1 * np.ptp(f[squares > 0])
-    assert of_poles((12, 12), f[None], corrections[None])[0] == pytest.approx(
-        min(poles.MOST_TIMES * np.square(corrections).sum(), of_poles((12, 12), f[None], f[None])[0])
-    )
-    assert of_poles((12, 12), f[None], corrections[None] / 10)[0] == 0
+    (f,) = 1 / distances((12, 12), (0.46, 0.63), seed=14)
+    rings = poles._rings((12, 12), int(f.argmax()))
+    near = [rings.centre, *rings.strata[: rings.starts[1]]]
+    corrections = np.zeros((1, 144))
+    corrections[0, near] = f[near] - f[rings.centre]
+    corrections *= np.sqrt(6 * poles.UNRESOLVED)
+    bound = poles.MOST_TIMES * np.square(corrections).sum()
+    assert of_poles((12, 12), f[None], f[None])[0] > 2 * bound
+    assert of_poles((12, 12), f[None], corrections)[0] == pytest.approx(bound)
+    assert of_poles((12, 12), f[None], corrections / 3)[0] == 0
 
 
 def test_each_integrand_has_its_own_pole():
