@@ -142,3 +142,10 @@ def test_shapes_do_not_look_for_a_cell(d):
 
 def test_points_are_those_given():
     np.testing.assert_array_equal(vq.cells([[1.0, 7.0]], bounds=(1, 7), periodic=[False, True]).points, [[1.0, 1.0]])
+
+
+@pytest.mark.parametrize("cells", [vq.cells([[0.2, 0.5], [0.7, 0.1]]), vq.cells([[0.2, 0.5]], cell=[[1, 0], [0.3, 1]])])
+def test_no_places_are_in_no_cells(cells):
+    found = cells.locate(np.empty((0, 2)))
+    assert (found.shape, found.dtype) == ((0,), np.int64)
+    assert vq.cells([0.5, 0.7]).locate([]).shape == (0,)

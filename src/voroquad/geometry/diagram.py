@@ -183,6 +183,8 @@ class Cells:
         rows = places[..., None] if d == 1 and places.ndim < 2 else places
         if rows.ndim not in (1, 2) or rows.shape[-1] != d:
             raise ValueError(f"x must have shape (m, {d}) or ({d},), got {places.shape}")
+        if not len(rows):
+            return np.empty(0, dtype=np.int64)
         nearest = self._locate(np.asarray(x).reshape(-1, d))  # in its own type
         return nearest.astype(np.int64).reshape(rows.shape[:-1])
 
