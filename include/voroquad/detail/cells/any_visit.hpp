@@ -2,42 +2,35 @@
 #pragma once
 
 #include <cstddef>
-#include <memory>
 #include <tuple>
 #include <type_traits>
 
 #include <voroquad/detail/cells/gift_wrap.hpp>
 #include <voroquad/detail/cells/polygon.hpp>
 #include <voroquad/detail/cells/polyhedron.hpp>
+#include <voroquad/detail/function_ref.hpp>
 #include <voroquad/detail/instruction_set.hpp>
 
 namespace VOROQUAD::detail {
 
-// Calls a function visit(site, cell, worker) by pointer. What cuts cells is compiled once for all
-// functions that are handed on so, instead of once for each. The function outlives this.
+// Calls a function visit(site, cell, worker) of several kinds of cells by pointer, as a
+// FunctionRef.
 template <class... Cells>
 class VisitOf {
 public:
     template <class Visit>
         requires(!std::is_same_v<std::remove_cvref_t<Visit>, VisitOf>)
-    explicit VisitOf(Visit &visit)
-        : visit_(const_cast<void *>(static_cast<const void *>(std::addressof(visit)))),
-          calls_(&call<Visit, Cells>...) {}
+    explicit VisitOf(Visit &visit) : calls_(Call<Cells>(visit)...) {}
 
     template <class Cell>
     void operator()(std::size_t site, const Cell &cell, unsigned worker) const {
-        std::get<Call<Cell>>(calls_)(visit_, site, cell, worker);
+        std::get<Call<Cell>>(calls_)(site, cell, worker);
     }
 
 private:
     template <class Cell>
-    using Call = void (*)(void *, std::size_t, const Cell &, unsigned);
-    template <class Visit, class Cell>
-    static void call(void *visit, std::size_t site, const Cell &cell, unsigned worker) {
-        (*static_cast<Visit *>(visit))(site, cell, worker);
-    }
+    using Call = FunctionRef<std::size_t, const Cell &, unsigned>;
 
-    void *visit_;
     std::tuple<Call<Cells>...> calls_;
 };
 
