@@ -106,18 +106,14 @@ class PilotRun:
         """Fill the grid, component by component."""
         self.integrand.watch.follow(self.known)
         kind, keys = RULES[self.integrand.d], self._keys()
-        begins = range(0, self.cells, POINTS_AT_ONCE)
-        centres = (self.integrand.ahead(kind.centres(self.k, b, min(b + POINTS_AT_ONCE, self.cells))) for b in begins)
-        filled: list[Task[list[tuple[float, bool]]]] = []
-        with helper(self.threads, len(begins)) as aside:
-            for begin, pulled in zip(begins, aside.ahead(partial(next, centres), len(begins)), strict=True):
-                values = self.integrand.of_prediction(pulled())
-                if begin == 0:
-                    self.rule = kind(self.k, len(values), keys)
-                filled.append(aside.do(partial(self._fill, begin, values)))
-        largest = np.array(
-            [self._largest_of_grid(f, [part.result()[f] for part in filled]) for f in range(len(values))]
-        )
+        filled: list[list[tuple[float, bool]]] = []
+        for begin in range(0, self.cells, POINTS_AT_ONCE):
+            centres = kind.centres(self.k, begin, min(begin + POINTS_AT_ONCE, self.cells))
+            values = self.integrand.of_prediction(self.integrand.pull_back(centres))
+            if begin == 0:
+                self.rule = kind(self.k, len(values), keys)
+            filled.append(self._fill(begin, values))
+        largest = np.array([self._largest_of_grid(f, [part[f] for part in filled]) for f in range(len(values))])
         self.grid_is_zero = largest == 0
         _, self.power = np.frexp(largest)
         for f, power in enumerate(self.power.tolist()):
