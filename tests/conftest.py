@@ -23,6 +23,11 @@ settings.register_profile("long", deadline=None, max_examples=20_000)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "default"))
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that compile take longest and come first, or one process would be left with them at the end."""
+    items.sort(key=lambda item: not item.path.name.startswith("test_cpp"))
+
+
 @pytest.fixture(scope="session")
 def folder_of_this_run(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder for all processes of this test run."""

@@ -1,7 +1,8 @@
 """The C++ core from outside: installed headers, examples, compilers, sanitizers.
 
-The fast tests build with `g++` and `clang++`, each program at one level of optimisation and with the sanitizers of one
-of them; the slow ones with every version that is installed, at all levels, and with the sanitizers of each.
+The fast tests build each program with `g++` at one level of optimisation, the rules with `clang++` too, and the cells
+with the sanitizers of one of them. The slow ones build with every version that is installed, at all levels, and with
+the sanitizers of each.
 """
 
 from __future__ import annotations
@@ -23,6 +24,7 @@ ROOT = Path(__file__).parents[1]
 CMAKE = shutil.which("cmake", path=f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}") or "cmake"
 
 COMPILERS = ["g++", "clang++"]
+MOSTLY_ONE = ["g++", pytest.param("clang++", marks=pytest.mark.slow)]
 OTHER_COMPILERS = [f"{name}-{version}" for name in COMPILERS for version in range(10, 30)]
 EVERY_COMPILER = COMPILERS + [name for name in OTHER_COMPILERS if shutil.which(name)]
 
@@ -95,7 +97,7 @@ def test_sanitizers_find_nothing_in_the_corpus(build: Build) -> None:
     run(build(compiler, "tests/cpp/fuzz_cells.cpp", f"-O0 {SANITIZERS}"), *corpus())
 
 
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", MOSTLY_ONE)
 def test_cells_of_the_corpus_and_of_random_inputs(compiler: str, build: Build) -> None:
     program = build(compiler, "tests/cpp/fuzz_cells.cpp", f"-O2 {as_the_processor_has_it()}")
     run(program, *corpus())
@@ -166,7 +168,7 @@ def prefix(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder / "prefix"
 
 
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", MOSTLY_ONE)
 def test_examples_build_against_installed_headers(compiler: str, prefix: Path, tmp_path: Path) -> None:
     require(compiler)
     quick = "-DCMAKE_BUILD_TYPE=Debug"  # to build, that is
@@ -194,7 +196,7 @@ install(TARGETS largest_cells)
 """
 
 
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize("compiler", MOSTLY_ONE)
 def test_part_of_another_project(compiler: str, tmp_path: Path) -> None:
     """Its warnings are about its own code, and what it installs is its own, but for VOROQUAD_INSTALL=ON."""
     require(compiler)

@@ -56,7 +56,7 @@ def test_each_public_header_stands_alone(header: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("option", ["-fno-exceptions", "-DVOROQUAD_NO_THREADS"])
-@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+@pytest.mark.parametrize("compiler", ["g++", pytest.param("clang++", marks=pytest.mark.slow)])
 def test_headers_without_exceptions_or_threads_need_no_threads(compiler: str, option: str, tmp_path: Path) -> None:
     source = tmp_path / "serial.cpp"
     source.write_text("".join(f"#include <voroquad/{header.name}>\n" for header in HEADERS))
@@ -74,7 +74,7 @@ def test_public_names_are_those_of_the_list(tmp_path: Path) -> None:
     assert list_names(source) == set(PUBLIC_NAMES.split())
 
 
-@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+@pytest.mark.parametrize("compiler", ["g++", pytest.param("clang++", marks=pytest.mark.slow)])
 def test_deprecated_headers_give_the_names_of_version_0_1(compiler: str, tmp_path: Path) -> None:
     source = tmp_path / "deprecated.cpp"
     includes = "".join(f"#include <voroquad/{header.name}>\n" for header in DEPRECATED)

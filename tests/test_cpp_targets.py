@@ -35,6 +35,8 @@ int main() { return std::abs(plain() - 1) > 1e-12 || std::abs(wide() - 1) > 1e-1
 
 BITS = Path(__file__).parent / "cpp" / "bits.cpp"
 
+COMPILERS = ["g++", pytest.param("clang++", marks=pytest.mark.slow)]
+
 
 def run(*command: object) -> str:
     done = subprocess.run([str(word) for word in command], capture_output=True, text=True)
@@ -66,36 +68,42 @@ def link_together(compiler: str, plain: str, wide: str, folder: Path) -> None:
 
 @pytest.mark.skipif(platform.machine() != "x86_64", reason="levels of x86-64")
 @pytest.mark.skipif("v3" not in _core.processor_levels(), reason="the processor lacks x86-64-v3")
-@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+@pytest.mark.parametrize("compiler", COMPILERS)
 def test_files_for_different_processors_share_no_function(compiler: str, tmp_path: Path) -> None:
     require(compiler)
     link_together(compiler, "-march=x86-64", "-march=x86-64-v3", tmp_path)
 
 
-@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+@pytest.mark.parametrize("compiler", COMPILERS)
 def test_files_with_and_without_checks_share_no_function(compiler: str, tmp_path: Path) -> None:
     require(compiler)
     link_together(compiler, "-UNDEBUG", "-DNDEBUG", tmp_path)
 
 
-@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+@pytest.mark.parametrize("compiler", COMPILERS)
 def test_files_with_and_without_vector_extensions_share_no_function(compiler: str, tmp_path: Path) -> None:
     require(compiler)
     link_together(compiler, "-DVOROQUAD_PORTABLE", "-UVOROQUAD_PORTABLE", tmp_path)
 
 
-def test_without_vector_extensions_all_bits_are_the_same(tmp_path: Path) -> None:
-    """Nor does it matter how far the compiler optimises: wheels are built with -O3."""
-    outputs = []
-    for compiler, level, flag in (
-        ("g++", "-O3", "-UVOROQUAD_PORTABLE"),
-        ("g++", "-O1", "-UVOROQUAD_PORTABLE"),
+def bits(compiler: str, level: str, flag: str, folder: Path) -> list[str]:
+    """What tests/cpp/bits.cpp prints, built with these flags."""
+    require(compiler)
+    common = ["-std=c++20", level, "-ffp-contract=off", f"-I{INCLUDE}", "-pthread", BITS]
+    run(compiler, *common, flag, "-o", folder / "bits")
+    lines = run(folder / "bits").splitlines()
+    assert len(lines) > 2000
+    return lines
+
+
+@pytest.mark.parametrize(
+    ("compiler", "level", "flag"),
+    [
         ("g++", "-O1", "-DVOROQUAD_PORTABLE"),
-        ("clang++", "-O1", "-DVOROQUAD_PORTABLE"),
-    ):
-        require(compiler)
-        common = ["-std=c++20", level, "-ffp-contract=off", f"-I{INCLUDE}", "-pthread", BITS]
-        run(compiler, *common, flag, "-o", tmp_path / "bits")
-        outputs.append(run(tmp_path / "bits"))
-    assert len(outputs[0].splitlines()) > 2000
-    assert all(output == outputs[0] for output in outputs)
+        pytest.param("g++", "-O1", "-UVOROQUAD_PORTABLE", marks=pytest.mark.slow),
+        pytest.param("clang++", "-O1", "-DVOROQUAD_PORTABLE", marks=pytest.mark.slow),
+    ],
+)
+def test_without_vector_extensions_all_bits_are_the_same(compiler: str, level: str, flag: str, tmp_path: Path) -> None:
+    """Nor does it matter how far the compiler optimises: wheels are built with -O3."""
+    assert bits(compiler, level, flag, tmp_path) == bits("g++", "-O3", "-UVOROQUAD_PORTABLE", tmp_path)

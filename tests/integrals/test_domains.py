@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from scipy.stats import qmc
 
 import voroquad as vq
+from voroquad.integrals.pieces import Chain, Part
 
 L_SHAPE = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 3], [0, 3]]
 FRAME = vq.Polygon([[0, 0], [3, 0], [3, 3], [0, 3]], holes=[[[1, 1], [2, 1.5], [1.5, 2]]])
@@ -67,6 +68,42 @@ def test_the_integral_of_1_is_the_volume(name):
     r = vq.quad(lambda x: np.ones(x.shape[1]), BODIES[name], rng=1)
     assert abs(r.integral - BODIES[name].volume) < 5 * r.standard_error + 1e-12
     assert r.standard_error < 1e-3 * r.integral
+
+
+CUBE = vq.Polytope(np.indices((2, 2, 2)).reshape(3, -1).T)
+
+
+@pytest.mark.parametrize("n", [16, 64, 256, 8192])
+@pytest.mark.parametrize("place", [MAPS["triangle"], MAPS["tetrahedron"], BODIES["octahedron"], CUBE, MAPS["sphere 4"]])
+def test_constants_have_no_error_with_few_samples(place, n):
+    """Each of the few samples of a piece stands for the same volume; with many the volume element is well predicted."""
+    r = vq.quad(lambda x: np.full(x.shape[1], 3.0), place, n_points=n, rng=1)
+    assert abs(r.integral - 3 * place.volume) < (1e-13 if n < 200 else 1e-2) * place.volume
+
+
+@pytest.mark.parametrize(
+    ("place", "few"),
+    [(MAPS["triangle"], 24), (MAPS["tetrahedron"], 160), (MAPS["sphere"], 48), (MAPS["sphere 4"], 600)],
+)
+def test_few_samples_are_uniform(place, few):
+    """Their volume element is constant, and their distribution that of the smooth map, by moments."""
+    assert place.for_samples(few) is place
+    u = qmc.Sobol(place.d, rng=1).random(2**14).T
+    x, element = place.for_samples(few - 1).pull_back(u)
+    np.testing.assert_allclose(element, place.volume, rtol=1e-12)
+    smooth, weight = place.pull_back(u)
+    for power in (1, 2):
+        np.testing.assert_allclose(
+            (x**power).mean(axis=1), (smooth**power * weight).mean(axis=1) / place.volume, atol=3e-3
+        )
+
+
+def test_pieces_that_share_a_set_are_uniform():
+    """Of 16 samples for the six tetrahedra of a cube, no piece has enough for its smooth map."""
+    chain = Chain([Part(s, s.volume) for s in CUBE.simplices])
+    _, element = chain.for_samples(16).pull_back(np.random.default_rng(1).random((3, 100)))
+    np.testing.assert_allclose(element, 1.0, rtol=1e-12)
+    assert np.ptp(chain.for_samples(6 * 200).pull_back(np.random.default_rng(1).random((3, 100)))[1]) > 1
 
 
 @pytest.mark.parametrize(

@@ -214,7 +214,7 @@ def many_candidates(monkeypatch):
 
 
 @pytest.mark.statistical
-@pytest.mark.parametrize("d", [3, 4])
+@pytest.mark.parametrize("d", [pytest.param(3, marks=pytest.mark.slow), 4])
 def test_unbiased(many_candidates, d):
     """A bias of 0.1 standard deviations of each of the 18 would make 108 ± 20 of the sum."""
     # 18 degrees of freedom: exceeded once in 10^6
@@ -222,7 +222,7 @@ def test_unbiased(many_candidates, d):
 
 
 @pytest.mark.statistical
-@pytest.mark.parametrize("d", [3, 4])
+@pytest.mark.parametrize("d", [pytest.param(3, marks=pytest.mark.slow), 4])
 def test_a_choice_that_knows_the_replicate_is_biased(monkeypatch, many_candidates, d):
     """The negative control: of the candidates' estimates the smallest."""
 

@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NoReturn
+from typing import Any, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 from scipy.spatial import ConvexHull, Delaunay, QhullError
-from scipy.special import betaincinv
 
 from .._support.arrays import Array
 from .._support.checks import real_numbers
-from .._support.gammas import beta_with_half, power_of_pi_over_gamma
+from .._support.gammas import power_of_pi_over_gamma
 from .._support.products import rows_times
 from .corners import (
     area,
@@ -25,10 +24,16 @@ from .corners import (
     scaled_volume,
 )
 from .pieces import Part
+from .regions import Region
+from .round_maps import ball_of_cube, directions
 from .trapezoids import trapezoids
 
 #: Up to this dimension of the box maps are smooth, above it points are uniform (benchmarks/domain_maps.py).
 SMOOTH = 3
+
+#: Samples, by dimension, of fewer of which uniform points have less error than those of a smooth map
+#: (benchmarks/domain_maps.py). In a ball the smooth map is ahead, or about as good, with any number.
+FEW_IN_SIMPLEX, FEW_ON_SPHERE = {2: 24, 3: 160}, {2: 48, 3: 600}
 
 #: A simplex with a smaller share of its polytope's volume, or a polygon of the rectangle around it, is flat by rounding
 FLAT, THIN = 1e-14, 1e-15
@@ -36,6 +41,35 @@ FLAT, THIN = 1e-14, 1e-15
 HOLLOW, FAR = 1e-9, 1e-8
 #: What a power of a radius is below: no area of a unit sphere, nor volume element of a map to it, is above 2^6
 LARGEST_POWER = 2.0**1018
+
+
+class HasUniformMap(Protocol):
+    """A domain with a smooth map and one that makes points uniform."""
+
+    @property
+    def d(self) -> int:
+        """Dimension of the unit box."""
+
+    def mapped(self, u: Array, uniform: bool) -> tuple[Array, Array]:
+        """Points and the volume element at u of the unit box."""
+
+
+class Uniform:
+    """A domain by the map that makes points uniform: constants have no error, however few the samples are."""
+
+    empty = False
+
+    def __init__(self, domain: HasUniformMap):
+        self._domain = domain
+
+    @property
+    def d(self) -> int:
+        """Dimension of the unit box."""
+        return self._domain.d
+
+    def pull_back(self, u: Array) -> tuple[Array, Array]:
+        """Points x (k, n) and the volume element (n,) at u (d, n) of the unit box."""
+        return self._domain.mapped(u, uniform=True)
 
 
 class Simplex:
@@ -55,8 +89,9 @@ class Simplex:
     -----
     For k ≤ 3 the map is x = v_0 + u_1 (v_1 − v_0) + u_1 u_2 (v_2 − v_1) + …, with the volume element
     k! \|S\| u_1^(k−1) u_2^(k−2) … u_{k−1}: which are polynomials, so smooth functions stay smooth and every rule keeps
-    its rate. (No smooth map of a square onto a triangle has a constant volume element.) For larger k, uniform points
-    matter more than smoothness, so u_i is replaced by u_i^(1/(k−i+1)), which makes the points uniform.
+    its rate. (No smooth map of a square onto a triangle has a constant volume element.) For larger k, and for fewer
+    than 24 samples of a triangle or 160 of a tetrahedron, uniform points matter more than smoothness. There u_i is
+    replaced by u_i^(1/(k−i+1)), which makes the points uniform.
 
     Examples
     --------
@@ -95,10 +130,18 @@ class Simplex:
         """Dimension of the simplex, k."""
         return len(self.vertices) - 1
 
+    def for_samples(self, n: int) -> Region:
+        """The map for n samples."""
+        return Uniform(self) if n < FEW_IN_SIMPLEX.get(self.d, 0) else self
+
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (d, n) and the volume element (n,) at u (k, n) of the unit box."""
+        return self.mapped(u, uniform=self.d > SMOOTH)
+
+    def mapped(self, u: Array, uniform: bool) -> tuple[Array, Array]:
+        """The same by the smooth map, or by that which makes points uniform."""
         powers = self._powers[:, None]
-        if self.d > SMOOTH:
+        if uniform:
             u, element = u ** (1 / (powers + 1)), np.full(u.shape[1], self.volume)
         else:
             element = self.volume * math.factorial(self.d) * np.prod(u**powers, axis=0)
@@ -146,8 +189,8 @@ class SphereSurface:
     -----
     Up to d = 4 the map is that of spherical coordinates: angles π u_1, …, π u_{d−2} and 2π u_{d−1}, with the volume
     element sin^(d−2)(π u_1) …, so that smooth functions stay smooth. (With cos θ in place of θ, points would be
-    uniform, but smooth functions would have a square-root singularity at the poles.) Above d = 4 the angles are
-    quantiles of these densities, so points are uniform.
+    uniform, but smooth functions would have a square-root singularity at the poles.) Above d = 4, and for fewer than 48
+    samples in d = 3 or 600 in d = 4, the angles are quantiles of these densities, so points are uniform.
 
     Examples
     --------
@@ -177,10 +220,18 @@ class SphereSurface:
         """Length, area, …"""
         return 2 * power_of_pi_over_gamma((self.d + 1) / 2, (self.d + 1) / 2) * self.radius**self.d
 
+    def for_samples(self, n: int) -> Region:
+        """The map for n samples."""
+        return Uniform(self) if n < FEW_ON_SPHERE.get(self.d, 0) else self
+
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (d, n) and the volume element (n,) at u (d − 1, n) of the unit box."""
-        directions, element = _directions(u, uniform=self.d > SMOOTH)
-        return self.center[:, None] + self.radius * directions, element * self.radius**self.d
+        return self.mapped(u, uniform=self.d > SMOOTH)
+
+    def mapped(self, u: Array, uniform: bool) -> tuple[Array, Array]:
+        """The same by the smooth map, or by that which makes points uniform."""
+        unit, element = directions(u, uniform)
+        return self.center[:, None] + self.radius * unit, element * self.radius**self.d
 
 
 class Ball:
@@ -242,12 +293,16 @@ class Ball:
 
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (d, n) and the volume element (n,) at u (d, n) of the unit box."""
-        if self.d <= SMOOTH:
-            x, element = _ball_of_cube(2 * u - 1)
+        return self.mapped(u, uniform=self.d > SMOOTH)
+
+    def mapped(self, u: Array, uniform: bool) -> tuple[Array, Array]:
+        """The same by the smooth map, or by that which makes points uniform."""
+        if not uniform:
+            x, element = ball_of_cube(2 * u - 1)
             element = 2**self.d * element
         else:
-            directions, element = _directions(u[1:], uniform=True)
-            x, element = u[0] ** (1 / self.d) * directions, element / self.d
+            unit, element = directions(u[1:], uniform=True)
+            x, element = u[0] ** (1 / self.d) * unit, element / self.d
         return self.center[:, None] + self.radius * x, element * self.radius**self.d
 
 
@@ -287,11 +342,11 @@ class PolarBall(Ball):
     def __init__(self, center: ArrayLike = (0.0, 0.0, 0.0), radius: float = 1.0):
         super().__init__(_center(center, 2), radius)
 
-    def pull_back(self, u: Array) -> tuple[Array, Array]:
-        """Points x (d, n) and the volume element (n,) at u (d, n) of the unit box."""
-        directions, element = _directions(u[1:], uniform=self.d > SMOOTH)
+    def mapped(self, u: Array, uniform: bool) -> tuple[Array, Array]:
+        """As :meth:`pull_back` with smooth maps of the angles, or those that make directions uniform."""
+        unit, element = directions(u[1:], uniform)
         scale = self.radius**self.d * u[0] ** (self.d - 1)
-        return self.center[:, None] + self.radius * u[0] * directions, element * scale
+        return self.center[:, None] + self.radius * u[0] * unit, element * scale
 
 
 class Polygon:
@@ -423,47 +478,6 @@ class Polytope:
     def parts(self) -> list[Part]:
         """The simplices, each with its share of the samples."""
         return [Part(s, s.volume / self.volume) for s in self.simplices]
-
-
-def _ball_of_cube(t: Array) -> tuple[Array, Array]:
-    """Points x (d, n) of the unit ball and det ∂x/∂t (n,) at t (d, n) of the cube [−1, 1]^d, d ≤ 3.
-
-    With a_i = ∫_0^1 Π_{j≠i} (1 − s t_j²) ds and x_i = t_i √a_i, ∂x_i/∂t_j is t_i t_j b_ij / √a_i, where b_ij is the
-    derivative of a_i by t_j².
-    """
-    square = t * t
-    if len(t) == 1:
-        a, determinant = np.ones_like(t), np.ones(t.shape[1])
-    elif len(t) == 2:
-        a, determinant = 1 - square[::-1] / 2, 1 - square.sum(axis=0) / 2
-    else:
-        p, q = square[[1, 2, 0]], square[[2, 0, 1]]
-        a, b = 1 - (p + q) / 2 + p * q / 3, square / 3 - 1 / 2  # b_jk in the place of the third axis, i
-        determinant = a.prod(axis=0) + 2 * (square * b).prod(axis=0) - (a * p * q * b * b).sum(axis=0)
-    roots = np.sqrt(a)
-    return t * roots, determinant / roots.prod(axis=0)
-
-
-def _directions(u: Array, uniform: bool) -> tuple[Array, Array]:
-    """Unit vectors (d, n) by d − 1 angles at u (d − 1, n), and the area element (n,) of the unit sphere.
-
-    The angle θ_i has the density sin^k θ_i, k = d − 1 − i. Its quantiles are those of a beta distribution of
-    (1 − cos θ)/2 with both parameters (k + 1)/2.
-    """
-    d = len(u) + 1
-    x, sines, element = np.empty((d, u.shape[1])), np.ones(u.shape[1]), np.full(u.shape[1], 2 * math.pi)
-    for i in range(d - 2):
-        k = d - 2 - i
-        if uniform:
-            angle = np.arccos(1 - 2 * betaincinv((k + 1) / 2, (k + 1) / 2, u[i]))
-            element *= beta_with_half((k + 1) / 2)
-        else:
-            angle = math.pi * u[i]
-            element *= math.pi * np.sin(angle) ** k
-        x[i] = sines * np.cos(angle)
-        sines = sines * np.sin(angle)
-    x[-2], x[-1] = sines * np.cos(2 * math.pi * u[-1]), sines * np.sin(2 * math.pi * u[-1])
-    return x, element
 
 
 def _center(given: ArrayLike, least: int) -> Array:

@@ -109,7 +109,9 @@ class Estimator:
 
     def __call__(self, n: int) -> Estimate:
         """An estimate from sets of at most n points."""
-        drawn = self._draw(n)
+        return replace(self, integrand=self.integrand.for_samples(n))._of_samples(self._draw(n))
+
+    def _of_samples(self, drawn: SampleSet) -> Estimate:
         rule = integration_rule(drawn.kind, self.methods, self.debias)
         begin = len(self.integrand.function.tape)
         values = Values.of(self.integrand, drawn.points)

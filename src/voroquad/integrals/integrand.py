@@ -15,7 +15,7 @@ from .._support.arrays import Array, Indices
 from .diagnostics import Diagnoses, diagnosis
 from .evaluation import Function
 from .gradients import WeightedCalls
-from .regions import Box, Region
+from .regions import Box, Region, for_samples
 from .watch import Watch
 
 
@@ -54,6 +54,11 @@ class Integrand:
     def diagnoses(self) -> Diagnoses:
         """The warnings of the call."""
         return self.function.diagnoses
+
+    def for_samples(self, n: int) -> Integrand:
+        """The integrand behind the map of its region that has least error with n samples."""
+        region = for_samples(self.region, n)
+        return self if region is self.region else Integrand(self.function, region, self.watch)
 
     def pull_back(self, u: Array) -> tuple[Array, Array]:
         """Points x (k, n) and the volume element (n,) at u (d, n)."""

@@ -12,7 +12,7 @@ from .._support.arrays import Array, Indices
 from .components import scaled_deviations
 from .diagnostics import IntegrationWarning, diagnosis
 from .estimates import Estimate
-from .regions import Region
+from .regions import Region, for_samples
 from .units import norm, powers
 
 #: Pieces with fewer samples are joined, since there is neither a good rule nor a good error for so few.
@@ -44,8 +44,14 @@ class Chain:
     def __init__(self, parts: Sequence[Part]):
         self.regions = [part.region for part in parts]
         shares = np.array([part.share for part in parts])
-        self._ends = np.concatenate([[0.0], np.cumsum(shares / shares.sum())])
+        self._shares = shares / shares.sum()
+        self._ends = np.concatenate([[0.0], np.cumsum(self._shares)])
         self._ends[-1] = 1.0
+
+    def for_samples(self, n: int) -> Chain:
+        """By the maps that the pieces have for their parts of n samples."""
+        pieces = zip(self.regions, self._shares.tolist(), strict=True)
+        return Chain([Part(for_samples(region, round(share * n)), share) for region, share in pieces])
 
     @property
     def d(self) -> int:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import Any, Protocol
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -30,6 +30,19 @@ class Region(Protocol):
 
     def pull_back(self, u: Array, /) -> tuple[Array, Array]:
         """Points x (k, n) and the volume element (n,) at u (d, n): ∫ f = ∫ f(x(u)) volume(u) du."""
+
+
+@runtime_checkable
+class ForSamples(Protocol):
+    """A region whose map depends on how many samples there are."""
+
+    def for_samples(self, n: int) -> Region:
+        """The map for n samples."""
+
+
+def for_samples(region: Region, n: int) -> Region:
+    """A region by the map that has least error with n samples."""
+    return region.for_samples(n) if isinstance(region, ForSamples) else region
 
 
 class Box:
