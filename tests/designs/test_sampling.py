@@ -162,7 +162,8 @@ def test_scipy_engines():
         (lambda: vq.sample("uniform", n=2.5), "n must be a whole number"),
         (lambda: vq.sample("uniform", n=True), "n must be a whole number"),
         (lambda: vq.sample("uniform", n=4, d=-1), "d must be a whole number"),
-        (lambda: vq.sample("zero-two", n=4, d=3), "at most d = 2"),
+        (lambda: vq.sample("zero-two", n=4, d=3), "at most d = 2 dimensions, got d = 3; use 'sobol'"),
+        (lambda: vq.sample("sobol", n=4, d=21_202), "at most d = 21201 dimensions, got d = 21202; use 'uniform'"),
         (lambda: vq.sample(qmc.Halton(2), n=4, d=3), "contradicts the engine's own d = 2"),
         (
             lambda: vq.sample(qmc.Halton(2), n=4, sets=3),

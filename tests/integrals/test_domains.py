@@ -99,9 +99,9 @@ def test_few_samples_are_uniform(place, few):
 
 
 def test_pieces_that_share_a_set_are_uniform():
-    """Of 16 samples for the six tetrahedra of a cube, no piece has enough for its smooth map."""
+    """Of 600 samples for the six tetrahedra of a cube, no piece has enough for its smooth map."""
     chain = Chain([Part(s, s.volume) for s in CUBE.simplices])
-    _, element = chain.for_samples(16).pull_back(np.random.default_rng(1).random((3, 100)))
+    _, element = chain.for_samples(600).pull_back(np.random.default_rng(1).random((3, 100)))
     np.testing.assert_allclose(element, 1.0, rtol=1e-12)
     assert np.ptp(chain.for_samples(6 * 200).pull_back(np.random.default_rng(1).random((3, 100)))[1]) > 1
 

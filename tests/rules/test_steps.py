@@ -1,5 +1,7 @@
 """Steps along an axis, which a few replicates may all err of alike."""
 
+import tracemalloc
+
 import numpy as np
 import pytest
 
@@ -93,3 +95,13 @@ def test_a_step_that_is_small_beside_what_varies_smoothly_is_found(d):
     x = replicates(1024, d=d)
     found = of_steps(x, (20 * np.exp(x.mean(axis=-1)) + (x[..., 0] < 1 / 3))[:, None])
     assert 6 * 4 * 1024**2 * found == pytest.approx(1, abs=0.3)
+
+
+def test_memory_grows_with_the_dimension_and_not_with_its_square():
+    """Products of two of 1000 coordinates would take 500 MB."""
+    points, values = np.random.default_rng(1).random((1, 128, 1000)), np.ones((1, 1, 128))
+    tracemalloc.start()
+    of_steps(points, values)
+    _, peak = tracemalloc.get_traced_memory()
+    tracemalloc.stop()
+    assert peak < 10 * points.nbytes

@@ -19,6 +19,10 @@ Draw: TypeAlias = Callable[[int, int, int, np.random.Generator], Array]
 LargestSize: TypeAlias = Callable[[int, int], int]
 
 
+#: Those for which SciPy has directions of Sobol' sequences
+DIMENSIONS_OF_SOBOL = 21_201
+
+
 def _any_size(n: int, d: int) -> int:
     return n
 
@@ -66,8 +70,9 @@ class Design:
     def check_dimension(self, d: int) -> None:
         """Raise ValueError where there are no sets in d dimensions."""
         if d > self.most_dimensions:
+            other = "sobol" if d <= DIMENSIONS_OF_SOBOL else "uniform"
             raise ValueError(
-                f"{self.name!r} sets have at most d = {self.most_dimensions} dimensions, got d = {d}; use 'sobol'"
+                f"{self.name!r} sets have at most d = {self.most_dimensions} dimensions, got d = {d}; use {other!r}"
             )
 
     @property
@@ -104,7 +109,7 @@ SAMPLERS: dict[Design, Draw] = {
     STRATIFIED: _stratified,
     MULTI_JITTERED: multi_jittered.points,
     REGULAR: _regular,
-    Design("sobol"): sequences.sobol,
+    Design("sobol", most_dimensions=DIMENSIONS_OF_SOBOL): sequences.sobol,
     Design("halton"): sequences.halton,
     Design("zero-two", most_dimensions=2): sequences.zero_two,
     ORTHOGONAL: orthogonal.points,

@@ -74,11 +74,13 @@ def of_steps(points: Array, values: Array, n: int | None = None) -> Array:
 
 def _without_trend(points: Array, values: Array) -> Array:
     """What a polynomial fitted to values (fields, n) at points (n, d) leaves of them: it hides steps, but has none."""
-    t, i, j = 2 * points.T - 1, *np.tril_indices(points.shape[1], -1)
-    terms = [np.ones((1, len(points))), *(t**k for k in range(1, DEGREE + 1)), t[i] * t[j]]
-    most = len(points) / POINTS_PER_TERM
-    while sum(map(len, terms)) > most:
-        terms.pop()
+    n, d = points.shape
+    room = n // POINTS_PER_TERM - 1  # the constant is one
+    t = 2 * points.T - 1
+    terms = [np.ones((1, n)), *(t**k for k in range(1, min(DEGREE, room // d) + 1))]
+    if DEGREE * d + d * (d - 1) // 2 <= room:
+        i, j = np.tril_indices(d, -1)
+        terms.append(t[i] * t[j])
     basis, _ = np.linalg.qr(np.concatenate(terms).T)
     left: Array = values - (values @ basis) @ basis.T
     return left
