@@ -27,7 +27,10 @@ matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => docu
 
 document.addEventListener("DOMContentLoaded", () => {
   const button = document.querySelector("button.theme");
-  const label = () => (button.textContent = document.documentElement.dataset.theme ?? "system");
+  const label = () => {
+    button.textContent = document.documentElement.dataset.theme ?? "system";
+    button.ariaLabel = `Colour theme: ${button.textContent}`;
+  };
   button.addEventListener("click", () => {
     setTheme(THEMES[(THEMES.indexOf(document.documentElement.dataset.theme ?? "system") + 1) % THEMES.length]);
     label();
